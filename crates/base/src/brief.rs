@@ -5,8 +5,8 @@ use std::borrow::Cow;
 /// Characters that a message quotes at most.
 const LONGEST: usize = 80;
 
-/// A text as messages quote it: whole, unless it is longer than a line has room for; then its beginning and how long it
-/// is.
+/// A text as messages quote it: whole, unless it is longer than a line has room for; then its beginning and
+/// how long it is.
 pub fn brief(text: &str) -> Cow<'_, str> {
     match text.char_indices().nth(LONGEST) {
         None => Cow::Borrowed(text),

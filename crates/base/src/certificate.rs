@@ -22,8 +22,8 @@ impl Evidence {
     }
 }
 
-/// How an error is spread over the points at which it was measured. A relative RMS error is ruled by the few points that see
-/// a sun; this says what the others see.
+/// How an error is spread over the points at which it was measured. A relative RMS error is ruled by the few
+/// points that see a sun; this says what the others see.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// Half of all points err by less than this part of their own radiance.
@@ -68,8 +68,8 @@ pub struct Elevation {
     pub range: [f64; 2],
     /// Relative RMS error of radiance towards these views.
     pub error: f64,
-    /// The same relative to the radiance of the light without the suns that are shaded apart from the rest, where some are:
-    /// what pictures show of the rest.
+    /// The same relative to the radiance of the light without the suns that are shaded apart from the rest,
+    /// where some are: what pictures show of the rest.
     pub beside_suns: Option<f64>,
     /// How both are known.
     pub known: Evidence,
@@ -109,8 +109,8 @@ pub struct Certificate {
     pub tolerance: Option<f64>,
     /// The error by angle of view, ascending; empty where it is not known by that.
     pub elevations: Vec<Elevation>,
-    /// The part of ∫f² that the output holds nothing of (1 − the share of Ramamoorthi & Hanrahan's eq. 5.18), where orders
-    /// were chosen by it.
+    /// The part of ∫f² that the output holds nothing of (1 − the share of Ramamoorthi & Hanrahan's eq. 5.18),
+    /// where orders were chosen by it.
     pub missing_energy: Option<f64>,
     /// Further figures by name: orders used, sample counts, energies lost.
     pub details: Vec<(String, f64)>,
@@ -173,8 +173,8 @@ impl Certificate {
         self.tolerance.is_some_and(|t| !self.meets(t))
     }
 
-    /// The error towards views at `theta_o` radians from the normal, linear between the angles that are stated; `None` where
-    /// none is.
+    /// The error towards views at `theta_o` radians from the normal, linear between the angles that are
+    /// stated; `None` where none is.
     pub fn at(&self, theta_o: f64) -> Option<f64> {
         let all = &self.elevations;
         let (first, last) = (all.first()?, all.last()?);

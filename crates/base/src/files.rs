@@ -4,8 +4,8 @@ use std::fs::{File, Metadata};
 use std::io;
 use std::path::Path;
 
-/// Opens the regular file `path` to read, and says how many bytes it has. Whatever else has a name is refused before it
-/// is opened: a device may have no end, and opening a pipe waits for whoever writes to it.
+/// Opens the regular file `path` to read, and says how many bytes it has. Whatever else has a name is refused
+/// before it is opened: a device may have no end, and opening a pipe waits for whoever writes to it.
 pub fn open_file(path: &Path) -> io::Result<(File, u64)> {
     regular(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;

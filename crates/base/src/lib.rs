@@ -1,6 +1,6 @@
 //! What every layer of Steradian needs and nothing else: [`Task`] (progress, cancellation, tolerance),
-//! [`Certificate`] (an error and how it is known), [`Outcome`] (an output that an accuracy was asked of), [`Provenance`], and
-//! parameter descriptions.
+//! [`Certificate`] (an error and how it is known), [`Outcome`] (an output that an accuracy was asked of),
+//! [`Provenance`], and parameter descriptions.
 
 mod brief;
 mod certificate;

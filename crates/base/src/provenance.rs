@@ -80,8 +80,8 @@ fn file_name(path: &Path) -> String {
 
 /// An argument or a spec without the folders of the files that it names.
 ///
-/// `a/b/c.hdr` → `c.hdr`; `merl:x/y.binary` → `merl:y.binary`; `lafortune:lobes=x/l.csv` → `lafortune:lobes=l.csv`;
-/// triples such as `f0=1/0.8/0.3` and other arguments stay whole.
+/// `a/b/c.hdr` → `c.hdr`; `merl:x/y.binary` → `merl:y.binary`; `lafortune:lobes=x/l.csv` →
+/// `lafortune:lobes=l.csv`; triples such as `f0=1/0.8/0.3` and other arguments stay whole.
 pub fn without_folders(argument: &str) -> String {
     if argument.contains('=') {
         argument.split(',').map(strip_value).collect::<Vec<_>>().join(",")

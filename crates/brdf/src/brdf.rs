@@ -85,14 +85,15 @@ pub trait Brdf: Debug + Send + Sync {
     /// The spec string that makes this very reflectance.
     fn spec(&self) -> String;
 
-    /// What the files hold that the spec names, in the order of the model's own: with it ([`crate::Files::Held`]) the
-    /// spec makes the reflectance again without the files. `None` where the spec names none.
+    /// What the files hold that the spec names, in the order of the model's own: with it
+    /// ([`crate::Files::Held`]) the spec makes the reflectance again without the files. `None` where the spec
+    /// names none.
     fn held(&self) -> Option<Vec<f64>> {
         None
     }
 
-    /// What was found in the measurements that whoever uses them should know, one line each: cells that are missing and
-    /// how they were filled, negative values. Empty for formulas.
+    /// What was found in the measurements that whoever uses them should know, one line each: cells that are
+    /// missing and how they were filled, negative values. Empty for formulas.
     fn notes(&self) -> Vec<String> {
         Vec::new()
     }
@@ -108,8 +109,8 @@ pub trait Brdf: Debug + Send + Sync {
         self.eval(wi, wo).map(|f| f * wi.z)
     }
 
-    /// [`Brdf::f_cos`] of many directions to the light, into `out`: one call through the trait, and what depends on `wo`
-    /// alone is computed once.
+    /// [`Brdf::f_cos`] of many directions to the light, into `out`: one call through the trait, and what
+    /// depends on `wo` alone is computed once.
     fn f_cos_batch(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
         for (f, wi) in out.iter_mut().zip(wi) {
             *f = self.f_cos(*wi, wo);
@@ -129,7 +130,8 @@ pub trait Brdf: Debug + Send + Sync {
     /// Where f_cos(·, wo) is concentrated; empty for smooth reflectance.
     fn lobes(&self, wo: DVec3) -> Vec<Lobe>;
 
-    /// How sharply f_cos varies where, as direct lights need it; by default the narrowest lobe at normal view.
+    /// How sharply f_cos varies where, as direct lights need it; by default the narrowest lobe at normal
+    /// view.
     fn peak(&self) -> Peak {
         let width = |l: &Lobe| match *l {
             Lobe::Axis { width, .. } | Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,

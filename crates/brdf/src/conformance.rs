@@ -371,8 +371,8 @@ fn errors_say_what_is_accepted() {
     }
 }
 
-/// What every measured reflectance must hold: dark below the horizon, finite, sampled by its density, and integrated by
-/// its hints to what its own sampling finds.
+/// What every measured reflectance must hold: dark below the horizon, finite, sampled by its density, and
+/// integrated by its hints to what its own sampling finds.
 pub(crate) fn check_measured(b: &dyn Brdf) {
     let spec = b.spec();
     let below = |w: DVec3| DVec3::new(w.x, w.y, -w.z);

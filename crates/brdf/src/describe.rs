@@ -19,7 +19,8 @@ pub struct Description {
     pub isotropic: bool,
     /// Where f_cos may be non-zero.
     pub domain: Domain,
-    /// Directional albedo per channel at [`ALBEDO_DEGREES`]; for anisotropic models wo lies in the plane of t and n.
+    /// Directional albedo per channel at [`ALBEDO_DEGREES`]; for anisotropic models wo lies in the plane of t
+    /// and n.
     pub directional: [[f64; 3]; 4],
     /// Share of uniform light that comes back, per channel.
     pub hemispherical: [f64; 3],

@@ -6,9 +6,9 @@ use crate::model::lafortune::Lafortune;
 use crate::model::strand;
 use crate::model::ward;
 
-/// The analytic family of a reflectance with its numbers, for techniques that know the family: they match on this, never on
-/// a name. Formulas and sources stand on the pages of the models that have the form; a reflectance of one's own may have it
-/// too, where it is that function.
+/// The analytic family of a reflectance with its numbers, for techniques that know the family: they match on
+/// this, never on a name. Formulas and sources stand on the pages of the models that have the form; a
+/// reflectance of one's own may have it too, where it is that function.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Form {
     /// f = albedo/π ([`crate::model::lambert`]).
@@ -34,7 +34,8 @@ pub enum Form {
         /// Factor per channel.
         scale: [f64; 3],
     },
-    /// f = scale · D G F/(4 n·wi n·wo) of Beckmann's distribution with Schlick's F ([`crate::model::cook_torrance`]).
+    /// f = scale · D G F/(4 n·wi n·wo) of Beckmann's distribution with Schlick's F
+    /// ([`crate::model::cook_torrance`]).
     CookTorrance {
         /// Rms slope.
         m: f64,
@@ -45,7 +46,8 @@ pub enum Form {
         /// Factor per channel.
         scale: [f64; 3],
     },
-    /// An anisotropic power of n·h with Schlick's F over a diffuse base ([`crate::model::ashikhmin_shirley`]).
+    /// An anisotropic power of n·h with Schlick's F over a diffuse base
+    /// ([`crate::model::ashikhmin_shirley`]).
     AshikhminShirley {
         /// Exponents along tangent and bitangent.
         exponents: [f64; 2],
@@ -56,7 +58,8 @@ pub enum Form {
         /// Factor per channel.
         scale: [f64; 3],
     },
-    /// A layer of GGX with Schlick's F over a diffuse base, coupled by the layer's albedo ([`crate::model::dielectric`]).
+    /// A layer of GGX with Schlick's F over a diffuse base, coupled by the layer's albedo
+    /// ([`crate::model::dielectric`]).
     Dielectric {
         /// Width of the layer.
         alpha: f64,
@@ -67,7 +70,8 @@ pub enum Form {
         /// Factor per channel.
         scale: [f64; 3],
     },
-    /// f = rd/π + rs · a Gaussian of the half vector's slopes, in one of three normalisations ([`crate::model::ward`]).
+    /// f = rd/π + rs · a Gaussian of the half vector's slopes, in one of three normalisations
+    /// ([`crate::model::ward`]).
     Ward {
         /// Widths along tangent and bitangent.
         alpha: [f64; 2],

@@ -4,8 +4,8 @@ use crate::SharedBrdf;
 use glam::DVec3;
 
 /// f_cos at normal view of an isotropic reflectance, as a function of cos θ between wi and n = wo = r: the
-/// zonal kernel that a radially symmetric prefilter applies (n = v = r). Kernels over the sphere are given for
-/// cos θ < 0 too.
+/// zonal kernel that a radially symmetric prefilter applies (n = v = r). Kernels over the sphere are given
+/// for cos θ < 0 too.
 #[derive(Debug, Clone)]
 pub struct NormalKernel {
     brdf: SharedBrdf,

@@ -1,7 +1,8 @@
 //! Reflectance: models, measurements and fits behind one trait.
 //!
-//! [`parse`] makes a reflectance from a spec string such as `ggx:alpha=0.1,f0=0.9/0.7/0.3`, [`parse_with`] also where
-//! the spec names files; [`models`] lists what there is. All directions are in the local frame (t = x, b = y, n = z) and point away from the surface.
+//! [`parse`] makes a reflectance from a spec string such as `ggx:alpha=0.1,f0=0.9/0.7/0.3`, [`parse_with`]
+//! also where the spec names files; [`models`] lists what there is. All directions are in the local frame
+//! (t = x, b = y, n = z) and point away from the surface.
 
 mod adaptive;
 pub mod albedo;

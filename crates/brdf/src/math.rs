@@ -108,7 +108,8 @@ pub(crate) fn erf(x: f64) -> f64 {
     x.signum() * 2.0 / PI.sqrt() * (-a * a).exp() * sum
 }
 
-/// Fresnel 1823: unpolarised reflectance of a dielectric of relative index `ior`, seen from outside; u = cos θ.
+/// Fresnel 1823: unpolarised reflectance of a dielectric of relative index `ior`, seen from outside; u = cos
+/// θ.
 pub(crate) fn dielectric(u: f64, ior: f64) -> f64 {
     let g2 = ior * ior - 1.0 + u * u;
     if g2 <= 0.0 {

@@ -3,13 +3,14 @@
 use crate::math::mirror;
 use glam::DVec3;
 
-/// Where f_cos(·, wo) has its ridge, and how wide that is: cheap enough for every point and light, on a CPU and on a
-/// GPU. Widths are standard deviations in wi, radians, at normal view.
+/// Where f_cos(·, wo) has its ridge, and how wide that is: cheap enough for every point and light, on a CPU
+/// and on a GPU. Widths are standard deviations in wi, radians, at normal view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Peak {
     /// No ridge: f_cos varies with the angles themselves.
     Smooth,
-    /// About the mirror direction of wo; narrower towards grazing angles, as the smaller of n·wo and (n·wi + n·wo)/2.
+    /// About the mirror direction of wo; narrower towards grazing angles, as the smaller of n·wo and (n·wi +
+    /// n·wo)/2.
     Mirror {
         /// Across the narrowest direction.
         narrow: f64,
@@ -36,8 +37,8 @@ const SMOOTH: f64 = 0.6;
 const GRAZING: f64 = 1e-4;
 
 impl Peak {
-    /// The angle over which f_cos(·, wo) varies within `radius` of `wi`, radians: the width of the ridge on it, and the
-    /// more the farther away, as tails do.
+    /// The angle over which f_cos(·, wo) varies within `radius` of `wi`, radians: the width of the ridge on
+    /// it, and the more the farther away, as tails do.
     pub fn scale(&self, wi: DVec3, wo: DVec3, radius: f64) -> f64 {
         match *self {
             Self::Smooth => SMOOTH,
@@ -46,8 +47,8 @@ impl Peak {
                 let away = |x: f64| (x - radius - wide).max(0.0);
                 let mean = 0.5 * (wi.z.max(0.0) + wo.z);
                 let width = narrow * wo.z.min(mean).clamp(GRAZING, 1.0);
-                // Above the ridge of a grazing view a tail is as narrow across as the half vector, at mean height,
-                // tilts fast.
+                // Above the ridge of a grazing view a tail is as narrow across as the half vector, at mean
+                // height, tilts fast.
                 let tail = away(from.x.hypot(from.y)).max(mean.clamp(GRAZING, 1.0) * away(from.z.abs()));
                 width.max(0.5 * tail * (narrow / wide)).min(SMOOTH)
             }

@@ -27,8 +27,8 @@ const RADIUS: f64 = 270.0;
 const WIDTH: f64 = 660.0;
 const DECADES: f64 = 3.0;
 
-/// f · n·wi (the mean of the channels) in the plane of incidence, one closed curve per view, all on one scale.
-/// The dashed line of a view's colour points to wo. The source is cited below the title.
+/// f · n·wi (the mean of the channels) in the plane of incidence, one closed curve per view, all on one
+/// scale. The dashed line of a view's colour points to wo. The source is cited below the title.
 pub fn polar_svg(brdf: &dyn Brdf, options: &PlotOptions) -> String {
     let plane = Plane::new(options.azimuth);
     let curves: Vec<Vec<(f64, f64)>> = options.views.iter().map(|v| plane.curve(brdf, *v)).collect();

@@ -4,8 +4,8 @@ use crate::{Domain, Peak};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// `fn brdf_atan2(y: f32, x: f32) -> f32`, right to 2e-7: WGSL's own atan2 may be off by 4096 units in the last place,
-/// which shows where a lookup by angle meets large values that cancel.
+/// `fn brdf_atan2(y: f32, x: f32) -> f32`, right to 2e-7: WGSL's own atan2 may be off by 4096 units in the
+/// last place, which shows where a lookup by angle meets large values that cancel.
 pub const ATAN2: &str = include_str!("atan2.wgsl");
 
 /// Cells of a [`BrdfShader`] at most: 8192 rows of 2048, the texture that every device has room for.
@@ -33,7 +33,8 @@ fn brdf_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
 /// - `brdf_scale(wi, wo, radius) -> f32`: [`Peak::scale`];
 /// - `brdf_is_whole() -> bool`: is light taken from below the horizon too?
 ///
-/// Where there are [`BrdfShader::cells`] it calls `brdf_cell(i: u32) -> vec3<f32>`, cell i, which its user defines.
+/// Where there are [`BrdfShader::cells`] it calls `brdf_cell(i: u32) -> vec3<f32>`, cell i, which its user
+/// defines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BrdfShader {
     /// The model's own functions.
@@ -78,8 +79,8 @@ impl BrdfShader {
     }
 
     /// The complete text with the values in it, and nothing left to declare but `brdf_cell` where there are
-    /// [`BrdfShader::cells`]. Under a prefix ([`crate::wgsl::scoped`]) two such texts, or one and [`BrdfShader::wgsl`], may stand in
-    /// one module.
+    /// [`BrdfShader::cells`]. Under a prefix ([`crate::wgsl::scoped`]) two such texts, or one and
+    /// [`BrdfShader::wgsl`], may stand in one module.
     pub fn closed(&self) -> String {
         let text = self.wgsl();
         let mut values = self.uniforms.iter().map(|v| {

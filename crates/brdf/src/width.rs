@@ -3,19 +3,21 @@
 use crate::{Brdf, SharedBrdf, SpecError, parse};
 use steradian_base::split_spec;
 
-/// Parameters along tangent and bitangent that models have, the first that a model has both of; models of round lobes have one.
+/// Parameters along tangent and bitangent that models have, the first that a model has both of; models of
+/// round lobes have one.
 const NAMES: [[&str; 2]; 7] =
     [["ax", "ay"], ["nu", "nv"], ["alpha"; 2], ["n"; 2], ["s"; 2], ["m"; 2], ["sigma"; 2]];
 
-/// Names of the parameters of a reflectance's model that are the width or the exponent of its lobe, along tangent and bitangent: twice
-/// the same where the lobe is round. `None` where the model has none, such as measurements.
+/// Names of the parameters of a reflectance's model that are the width or the exponent of its lobe, along
+/// tangent and bitangent: twice the same where the lobe is round. `None` where the model has none, such as
+/// measurements.
 pub fn width_names(brdf: &dyn Brdf) -> Option<[&'static str; 2]> {
     let has = |name: &str| brdf.info().parameters.iter().any(|p| p.name == name);
     NAMES.into_iter().find(|names| names.iter().all(|n| has(n)))
 }
 
-/// The reflectance with other numbers for those of [`width_names`]; the second is not read where both names are one. Refused are
-/// models without such numbers, and numbers that the model does not take.
+/// The reflectance with other numbers for those of [`width_names`]; the second is not read where both names
+/// are one. Refused are models without such numbers, and numbers that the model does not take.
 pub fn with_widths(brdf: &dyn Brdf, widths: [f64; 2]) -> Result<SharedBrdf, SpecError> {
     let model = brdf.info().name;
     let none = || SpecError::Syntax { model, what: "has no width and no exponent to vary".into() };

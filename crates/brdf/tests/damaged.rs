@@ -1,5 +1,5 @@
-//! Files of measured materials and of fits with faults from a fixed seed: refused in one line that names the file, or
-//! read as a reflectance whose values are finite.
+//! Files of measured materials and of fits with faults from a fixed seed: refused in one line that names the
+//! file, or read as a reflectance whose values are finite.
 
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -36,7 +36,8 @@ fn floats(n: usize, value: impl Fn(usize) -> f32) -> Vec<u8> {
     (0..n).flat_map(|i| value(i).to_le_bytes()).collect()
 }
 
-/// Damages the file `whole` and reads it by `model`:path`rest`, `rounds` times. Some copies have to be read and some refused.
+/// Damages the file `whole` and reads it by `model`:path`rest`, `rounds` times. Some copies have to be read
+/// and some refused.
 fn damaged(whole: &[u8], path: &Path, model: &str, rest: &str, rounds: usize) {
     let spec = format!("{model}:{}{rest}", path.display());
     std::fs::write(path, whole).expect("writable");

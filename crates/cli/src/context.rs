@@ -139,7 +139,8 @@ impl Context {
         }
         let cancel = Arc::new(AtomicBool::new(false));
         let flag = cancel.clone();
-        // Where no handler can be installed, Ctrl-C ends the process at once, which leaves no partial file either.
+        // Where no handler can be installed, Ctrl-C ends the process at once, which leaves no partial file
+        // either.
         let _ = ctrlc::set_handler(move || {
             if INTERRUPTED.swap(true, Ordering::SeqCst) {
                 std::process::exit(1);

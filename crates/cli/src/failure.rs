@@ -1,5 +1,5 @@
-//! Why a command ends, with its exit code: 1 failed, 2 wrong usage, 3 unreadable or invalid input, 4 tolerance
-//! missed.
+//! Why a command ends, with its exit code: 1 failed, 2 wrong usage, 3 unreadable or invalid input, 4
+//! tolerance missed.
 
 use std::fmt::Display;
 use steradian_base::{Cancelled, ParamError};

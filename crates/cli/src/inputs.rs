@@ -15,8 +15,8 @@ use steradian_techniques::direct::Suns;
 /// How the file of a light is read, turned and scaled.
 #[derive(Debug, Clone, Default, Args)]
 pub struct AdjustArgs {
-    /// Arrangement of the file: latlong, angular, sphere-map, octahedral, cross, strip, paraboloid, … [default:
-    /// what the file records, else by its shape]
+    /// Arrangement of the file: latlong, angular, sphere-map, octahedral, cross, strip, paraboloid, …
+    /// [default: what the file records, else by its shape]
     #[arg(long, value_name = "NAME", value_parser = FileLayout::parse)]
     pub layout: Option<FileLayout>,
     #[arg(long, value_name = "NAME", value_parser = Profile::parse, help = format!("Convention of the file: {} [default: steradian, or what the file says]", crate::names::profiles()))]
@@ -94,17 +94,17 @@ pub fn check_text(path: Option<&Path>) -> Outcome {
 /// Lights beside the environment, and how they are shaded.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ExtraLights {
-    /// Disk, directional and point lights beside the environment, as --extract-sun writes them; the first two turn and
-    /// scale with it
+    /// Disk, directional and point lights beside the environment, as --extract-sun writes them; the first two
+    /// turn and scale with it
     #[arg(long, value_name = "FILE.json")]
     sun_lights: Option<PathBuf>,
     /// A light beside the environment: disk:direction=X/Y/Z,angular-radius=DEGREES,irradiance=R/G/B,
-    /// directional:direction=X/Y/Z,irradiance=R/G/B or point:position=X/Y/Z,intensity=R/G/B; as it stands, whatever
-    /// --rotate and --light-exposure do to the environment
+    /// directional:direction=X/Y/Z,irradiance=R/G/B or point:position=X/Y/Z,intensity=R/G/B; as it stands,
+    /// whatever --rotate and --light-exposure do to the environment
     #[arg(long, value_name = "SPEC", value_parser = Lamp::parse)]
     light: Vec<Lamp>,
-    /// Disks and directional lights by the exact reflectance, or folded into the technique's data; the reference
-    /// integrates them always
+    /// Disks and directional lights by the exact reflectance, or folded into the technique's data; the
+    /// reference integrates them always
     #[arg(long, value_enum, default_value_t = SunShading::Exact)]
     suns: SunShading,
 }
@@ -147,8 +147,8 @@ impl ExtraLights {
 #[derive(Debug, Clone, Default, Args)]
 pub struct LocalArg {
     /// Technique for directional and point lights, with its parameters, such as banks_table or
-    /// vertex_analytic:rate=pixel, or the file that bake --local wrote; environment and disks stay with --technique [default: exact, or
-    /// what the scene file says]
+    /// vertex_analytic:rate=pixel, or the file that bake --local wrote; environment and disks stay with
+    /// --technique [default: exact, or what the scene file says]
     #[arg(long, value_name = "SLUG[:NAME=VALUE,…]")]
     local: Option<String>,
 }
@@ -179,8 +179,8 @@ pub struct PathArgs {
     /// Reflections of a path at most, with path; 1 is direct light with shadows [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     bounces: Option<u32>,
-    /// Noise of path at which to stop: the standard error over radiance, RMS over a picture's surfaces or of each point
-    /// [default: 0.01]
+    /// Noise of path at which to stop: the standard error over radiance, RMS over a picture's surfaces or of
+    /// each point [default: 0.01]
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
     noise: Option<f64>,
 }
@@ -199,9 +199,10 @@ impl PathArgs {
 /// Shadows of lights beside a technique's data.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct ShadowArg {
-    /// What shadows suns, points and other lights beside a technique's data: ray, none, or auto (ray under techniques that
-    /// know shadows); map, map:size=1024,taps=3 (shadow maps) or volume (shadow volumes); lobe: as ray, and the environment by
-    /// rays over the reflectance's lobe, under the reference too [default: auto]
+    /// What shadows suns, points and other lights beside a technique's data: ray, none, or auto (ray under
+    /// techniques that know shadows); map, map:size=1024,taps=3 (shadow maps) or volume (shadow volumes);
+    /// lobe: as ray, and the environment by rays over the reflectance's lobe, under the reference too
+    /// [default: auto]
     #[arg(long, value_name = "HOW", value_parser = shadows)]
     pub shadows: Option<Shadows>,
 }

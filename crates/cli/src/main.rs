@@ -1,7 +1,8 @@
 //! The `steradian` command: light, reflectance and geometry in; pictures, coefficients and numbers out.
 //!
-//! It reads the registry of techniques and knows none by name. Data go to standard output, progress and logs to
-//! standard error. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 unreadable or invalid input, 4 tolerance missed.
+//! It reads the registry of techniques and knows none by name. Data go to standard output, progress and logs
+//! to standard error. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 unreadable or invalid input, 4 tolerance
+//! missed.
 
 mod commands;
 mod context;
@@ -64,8 +65,8 @@ fn command() -> clap::Command {
     command
 }
 
-/// Bytes of a message beyond which its middle is left out: what was given on the command line, such as a path of
-/// 100 kB, is not echoed whole.
+/// Bytes of a message beyond which its middle is left out: what was given on the command line, such as a path
+/// of 100 kB, is not echoed whole.
 const LONGEST: usize = 4000;
 
 /// Says in one line why the command ends.
@@ -89,7 +90,8 @@ static PANIC: Mutex<Option<String>> = Mutex::new(None);
 
 fn guarded(cli: Cli) -> failure::Outcome {
     std::panic::set_hook(Box::new(|info| {
-        // The last one: earlier ones may have been caught, as those of a decoder that a broken file leads astray.
+        // The last one: earlier ones may have been caught, as those of a decoder that a broken file leads
+        // astray.
         let mut slot = PANIC.lock().unwrap_or_else(PoisonError::into_inner);
         *slot = Some(info.to_string().replace('\n', " "));
     }));

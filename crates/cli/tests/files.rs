@@ -1,5 +1,5 @@
-//! What may be opened, and how much of it is read: no device, pipe or folder in place of a file, no file outside the
-//! folder of the scene that names it, and none at all for a saved bake.
+//! What may be opened, and how much of it is read: no device, pipe or folder in place of a file, no file
+//! outside the folder of the scene that names it, and none at all for a saved bake.
 #![cfg(unix)]
 
 use std::fs;
@@ -224,7 +224,8 @@ fn seal(t: &mut TensorFile) {
     t.metadata.insert("steradian.digest".into(), digest);
 }
 
-/// What shading reads of a bake does not depend on the files of its reflectance, and no edit makes it open another.
+/// What shading reads of a bake does not depend on the files of its reflectance, and no edit makes it open
+/// another.
 #[test]
 fn bakes_keep_what_their_reflectance_needs_and_open_no_file() {
     let d = folder();

@@ -150,8 +150,8 @@ fn panorama(
 /// Texels a side of the split sum's table.
 const TABLE: usize = 128;
 
-/// `outputLUT.png`: the split sum's factors, red times F0 plus green, at n·v (columns) and perceptual roughness (rows
-/// from 0). Values, not colours: no sRGB curve.
+/// `outputLUT.png`: the split sum's factors, red times F0 plus green, at n·v (columns) and perceptual
+/// roughness (rows from 0). Values, not colours: no sRGB curve.
 fn brdf_table(dir: &Path) -> Result<Written, FormatError> {
     let table = DfgTable::ggx(TABLE);
     let plane = |c: usize| table.values.iter().map(|v| v[c].clamp(0.0, 1.0)).collect();
@@ -179,8 +179,8 @@ fn ktx2<'a>(
     Ok(written)
 }
 
-/// Nine numbers per channel: E/π with the basis' constants folded in, so that E(n)/π = s0 + s1 y + s2 z + s3 x + s4 yx +
-/// s5 yz + s6 (3z² − 1) + s7 zx + s8 (x² − y²).
+/// Nine numbers per channel: E/π with the basis' constants folded in, so that E(n)/π = s0 + s1 y + s2 z + s3
+/// x + s4 yx + s5 yz + s6 (3z² − 1) + s7 zx + s8 (x² − y²).
 pub fn filament_irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
     polynomial(sh).map(|e| e.map(|v| v / PI)).into()
 }

@@ -12,9 +12,9 @@ pub fn irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
     (0..9).map(|i: usize| std::array::from_fn(|c| sh.c[c][i] * COSINE[i.isqrt()])).collect()
 }
 
-/// Irradiance of coefficients of radiance, bands 0 to 2, as a polynomial of the normal: E(n) = c0 + c1 y + c2 z + c3 x +
-/// c4 xy + c5 yz + c6 (3z² − 1) + c7 zx + c8 (x² − y²) (Ramamoorthi & Hanrahan 2001, *An efficient representation for
-/// irradiance environment maps*, eq. 13, in our order). W m⁻², no 1/π.
+/// Irradiance of coefficients of radiance, bands 0 to 2, as a polynomial of the normal: E(n) = c0 + c1 y + c2
+/// z + c3 x + c4 xy + c5 yz + c6 (3z² − 1) + c7 zx + c8 (x² − y²) (Ramamoorthi & Hanrahan 2001, *An efficient
+/// representation for irradiance environment maps*, eq. 13, in our order). W m⁻², no 1/π.
 pub fn polynomial(sh: &ShRgb) -> [[f64; 3]; 9] {
     let k = |factor: f64| (factor / PI).sqrt() / 2.0;
     let basis = [k(1.0), k(3.0), k(3.0), k(3.0), k(15.0), k(15.0), k(5.0) / 2.0, k(15.0), k(15.0) / 2.0];
@@ -22,8 +22,8 @@ pub fn polynomial(sh: &ShRgb) -> [[f64; 3]; 9] {
     std::array::from_fn(|i| e[i].map(|v| v * basis[i]))
 }
 
-/// A function `irradiance` of the unit normal over world x, y, z (right-handed, y up) for a shader; `None` for languages that
-/// are no shader's. `notes` go into the comment above it, one line each.
+/// A function `irradiance` of the unit normal over world x, y, z (right-handed, y up) for a shader; `None`
+/// for languages that are no shader's. `notes` go into the comment above it, one line each.
 pub fn irradiance_source(sh: &ShRgb, language: Language, notes: &[String]) -> Option<String> {
     let c = polynomial(sh);
     let (vec3, head, constant) = match language {

@@ -117,8 +117,8 @@ impl Request {
 }
 
 impl Filtered {
-    /// Filters `lights` into every map that `request` asks for; whether all of them meet [`Request::tolerance`] is part of
-    /// the outcome.
+    /// Filters `lights` into every map that `request` asks for; whether all of them meet
+    /// [`Request::tolerance`] is part of the outcome.
     pub fn new(mut request: Request, mut lights: Lights, task: &Task) -> Result<Outcome<Self>, EngineError> {
         let mut plan = request.plan(task.max_memory())?;
         let beyond = range::settle(plan.engine, &mut request, &mut lights);
@@ -171,8 +171,8 @@ impl Filtered {
         self.plan.with_format(&self.request)
     }
 
-    /// Writes the file, or the engine's files into their folder, whole or not at all; once. `metadata` is put into every
-    /// texture and image.
+    /// Writes the file, or the engine's files into their folder, whole or not at all; once. `metadata` is put
+    /// into every texture and image.
     pub fn write(&mut self, metadata: &[(String, String)]) -> Result<Vec<Written>, EngineError> {
         let packed = std::mem::take(&mut self.packed).signed(metadata);
         crate::files::write(self, packed, metadata)

@@ -1,7 +1,8 @@
 //! Conventions of engines, and the files that they take.
 //!
-//! One row of [`ENGINES`] says how an engine's cubes lie, which kernel each level holds and which files there are. What
-//! writes these files ([`Request`], [`Plan`], [`Filtered`]) reads the same table as what checks them (the crate `verify`).
+//! One row of [`ENGINES`] says how an engine's cubes lie, which kernel each level holds and which files there
+//! are. What writes these files ([`Request`], [`Plan`], [`Filtered`]) reads the same table as what checks
+//! them (the crate `verify`).
 
 mod companions;
 mod error;

@@ -76,7 +76,8 @@ pub(crate) fn normal_incidence(name: &str, brdf: SharedBrdf) -> Result<Kernel, E
     Ok(Kernel::Radial(Arc::new(radial)))
 }
 
-/// Largest exponent of a Phong or Blinn–Phong kernel: a hundredth of a degree wide, and as reflectances take it.
+/// Largest exponent of a Phong or Blinn–Phong kernel: a hundredth of a degree wide, and as reflectances take
+/// it.
 const MAX_EXPONENT: f64 = 1e8;
 /// Narrowest Gaussian in degrees: a fortieth of a texel of an image of 8192 × 4096.
 const MIN_SIGMA_DEGREES: f64 = 1e-3;

@@ -15,8 +15,8 @@ pub enum Curve {
     Log2,
     /// (1.7 − √(2.89 − 2.8 m/L))/1.4, so that the lookup is L r (1.7 − 0.7 r): Unity
     Unity,
-    /// alpha = 2^(m/0.8 − L) and 0 for level 0, so that in a whole chain, of width 2^L, the lookup is 0.8 log2(width
-    /// alpha): Babylon.js (`getLodFromAlphaG` with its usual `lodGenerationScale`)
+    /// alpha = 2^(m/0.8 − L) and 0 for level 0, so that in a whole chain, of width 2^L, the lookup is 0.8
+    /// log2(width alpha): Babylon.js (`getLodFromAlphaG` with its usual `lodGenerationScale`)
     Babylon,
 }
 
@@ -118,8 +118,8 @@ pub struct Engine {
     pub last_fixed: bool,
     /// From levels to perceptual roughness.
     pub curve: Curve,
-    /// Largest radiance that the consumer itself keeps of light that it filters by itself; what is beyond it and is a sun
-    /// belongs into a light of its own.
+    /// Largest radiance that the consumer itself keeps of light that it filters by itself; what is beyond it
+    /// and is a sun belongs into a light of its own.
     pub largest: f64,
 }
 
@@ -354,7 +354,8 @@ mod tests {
         let unreal = |d: DVec3| 0.5 + d.x.atan2(-d.z) / (2.0 * PI);
         // Cycles: u = 0.5 − atan2(y, x)/2π over (x, −z, y).
         let cycles = |d: DVec3| 0.5 - (-d.z).atan2(d.x) / (2.0 * PI);
-        // calcReflection and toSphericalUv: the reflected direction times (−1, 1, 1), u = 0.5 + atan(x, z)/2π.
+        // calcReflection and toSphericalUv: the reflected direction times (−1, 1, 1), u = 0.5 + atan(x,
+        // z)/2π.
         let playcanvas = |d: DVec3| 0.5 + (-d.x).atan2(d.z) / (2.0 * PI);
         // ToRadialCoords of Skybox/Panoramic over (−x, y, z).
         let unity = |d: DVec3| 0.5 - d.z.atan2(-d.x) / (2.0 * PI);

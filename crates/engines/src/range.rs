@@ -43,9 +43,9 @@ pub struct BeyondRange {
     pub remedy: Remedy,
 }
 
-/// Decides about light that does not fit, for consumers that filter by themselves: whose files are the light as it is. Where
-/// 32-bit floats were asked for, the file is as it was asked for. Takes suns out of `lights`, and writes them and the format
-/// of the file into `request`.
+/// Decides about light that does not fit, for consumers that filter by themselves: whose files are the light
+/// as it is. Where 32-bit floats were asked for, the file is as it was asked for. Takes suns out of `lights`,
+/// and writes them and the format of the file into `request`.
 pub(crate) fn settle(engine: &Engine, request: &mut Request, lights: &mut Lights) -> Option<BeyondRange> {
     let Files::LatLong { half, .. } = engine.files else { return None };
     if request.engine.is_none() || request.format == Some(TexelFormat::Rgba32f) {

@@ -4,8 +4,8 @@ use crate::{BeyondRange, Filtered, Kernel, Level, MethodCost, Remedy, Written};
 use serde_json::{Map, Value, json};
 
 impl Filtered {
-    /// What was made as JSON, in `seconds` by part: `levels` are those of the output or of its specular cube, `beside` the other
-    /// maps of a profile.
+    /// What was made as JSON, in `seconds` by part: `levels` are those of the output or of its specular cube,
+    /// `beside` the other maps of a profile.
     pub fn document(&self, written: &[Written], seconds: &Map<String, Value>) -> Value {
         let o = &self.request;
         let rows: Vec<Value> = self.levels.iter().enumerate().map(|(m, l)| row(m, l)).collect();
@@ -73,9 +73,9 @@ fn file(w: &Written) -> Value {
     json!({"file": w.name, "clipped": r.clipped, "vanished": r.vanished, "lost": r.lost})
 }
 
-/// A level in the report. Errors are relative RMS: `predicted_error` and `measured_error` of the filter, `format_error`
-/// of the texels' format (what comes back from the file less what was given), `error` of the file, which is the root of
-/// the sum of squares of the last two.
+/// A level in the report. Errors are relative RMS: `predicted_error` and `measured_error` of the filter,
+/// `format_error` of the texels' format (what comes back from the file less what was given), `error` of the
+/// file, which is the root of the sum of squares of the last two.
 fn row(m: usize, l: &Level) -> Value {
     let f = &l.filtered;
     let measured =

@@ -1,4 +1,5 @@
-//! What is asked for, and what of it is refused before any work: parameters that would be ignored, maps too large.
+//! What is asked for, and what of it is refused before any work: parameters that would be ignored, maps too
+//! large.
 
 use crate::companions::{DIFFUSE, has_diffuse, has_sheen};
 use crate::plan::{Kernel, Plan, has_roughness};
@@ -18,7 +19,8 @@ pub struct Request {
     pub output: PathBuf,
     /// What the files of an engine are called by.
     pub name: String,
-    /// Do files that an engine gives fixed names go into a folder of their own below `output`, called by `name`?
+    /// Do files that an engine gives fixed names go into a folder of their own below `output`, called by
+    /// `name`?
     pub own_folder: bool,
     /// Kernel, as [`kernel_name`] gives it.
     pub kernel: String,
@@ -244,7 +246,8 @@ pub(crate) fn check_levels(engine: &Engine, size: usize, levels: usize) -> Resul
 
 /// Bytes of a texel of the output: three floats filtered, four on the way to the file.
 const TEXEL: u128 = 28;
-/// Of a lat-long image that is written as it was filtered: three floats, and halves or codes of them in the file.
+/// Of a lat-long image that is written as it was filtered: three floats, and halves or codes of them in the
+/// file.
 const DUMPED: u128 = 24;
 
 /// What the maps of a plan take: all that are filtered, and the largest that is dumped.

@@ -3,8 +3,8 @@
 use crate::{Engine, Filtered, sun};
 
 impl Filtered {
-    /// What loads the files, for the engine's own language, and the suns that were taken out of the light as lights of its;
-    /// nothing for a file that is no engine's.
+    /// What loads the files, for the engine's own language, and the suns that were taken out of the light as
+    /// lights of its; nothing for a file that is no engine's.
     pub fn snippet(&self) -> Option<String> {
         let engine = self.request.engine?;
         let map = snippet(engine, &self.request.name).replace("rgb9e5", self.engine().format.name());

@@ -8,7 +8,8 @@ use steradian_light::DiskLight;
 struct Sun {
     /// Towards the sun, our world.
     direction: DVec3,
-    /// Irradiance of the strongest channel on a surface that faces it, in units of the map's radiance times steradians.
+    /// Irradiance of the strongest channel on a surface that faces it, in units of the map's radiance times
+    /// steradians.
     irradiance: f64,
     colour: [f64; 3],
     /// From rim to rim, radians.

@@ -1,10 +1,11 @@
-//! Precomputed transfer for engines: a binary glTF whose vertices carry transfer vectors, and the sum over coefficients as
-//! WGSL.
+//! Precomputed transfer for engines: a binary glTF whose vertices carry transfer vectors, and the sum over
+//! coefficients as WGSL.
 //!
-//! Attributes are named as glTF asks of those that it does not know: `_TRANSFER_0`, `_TRANSFER_1` … are VEC4 with
-//! coefficients 4k … 4k + 3 of the vertex's vectors, channel after channel, zeros at the end; `_AO` is ambient occlusion.
-//! `extras.steradian_transfer` of the primitive says bands, channels, scattering events and, for whole numbers, the scale of
-//! each coefficient: a normalised number times its scale is the coefficient.
+//! Attributes are named as glTF asks of those that it does not know: `_TRANSFER_0`, `_TRANSFER_1` … are VEC4
+//! with coefficients 4k … 4k + 3 of the vertex's vectors, channel after channel, zeros at the end; `_AO` is
+//! ambient occlusion. `extras.steradian_transfer` of the primitive says bands, channels, scattering events
+//! and, for whole numbers, the scale of each coefficient: a normalised number times its scale is the
+//! coefficient.
 
 use serde_json::{Value, json};
 use steradian_scene::Mesh;
@@ -65,7 +66,8 @@ struct Binary {
 }
 
 impl Binary {
-    /// Adds an accessor over `bytes` and tells its number. `target` is glTF's: 34962 for vertices, 34963 for indices.
+    /// Adds an accessor over `bytes` and tells its number. `target` is glTF's: 34962 for vertices, 34963 for
+    /// indices.
     fn add(&mut self, bytes: &[u8], target: u32, accessor: Value) -> usize {
         self.views.push(json!({
             "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(), "target": target,
@@ -178,7 +180,8 @@ fn container(document: &Value, mut binary: Vec<u8>) -> Vec<u8> {
     out
 }
 
-/// WGSL that shades a vertex of [`glb`] with `bands` and one or three `channels`: `transfer_radiance(t, light, scale, albedo)`.
+/// WGSL that shades a vertex of [`glb`] with `bands` and one or three `channels`:
+/// `transfer_radiance(t, light, scale, albedo)`.
 pub fn transfer_source(bands: usize, channels: usize) -> String {
     let (n, width) = (bands * bands, channels * bands * bands);
     let rows = width.div_ceil(4);

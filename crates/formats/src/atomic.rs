@@ -1,8 +1,8 @@
 //! Files and folders that appear whole or not at all: they are built beside their destination and renamed.
 //!
 //! What is not a regular file (a device, a pipe: `/dev/stdout`, `/dev/full`) is written in place, since a
-//! rename would replace the device. A symbolic link keeps its place; the file that it names is replaced. A file
-//! without write permission is refused although a rename could replace it.
+//! rename would replace the device. A symbolic link keeps its place; the file that it names is replaced. A
+//! file without write permission is refused although a rename could replace it.
 
 use crate::FormatError;
 use std::fs::{self, File, OpenOptions};
@@ -50,9 +50,9 @@ pub fn write_atomic_seek(
     })
 }
 
-/// Builds the folder `path` through `body`, which fills an empty folder beside it. A failure leaves `path` as it
-/// was. Where `path` already holds files, the new ones replace those of the same name and the others stay: a
-/// folder that the user names by mistake loses nothing else.
+/// Builds the folder `path` through `body`, which fills an empty folder beside it. A failure leaves `path` as
+/// it was. Where `path` already holds files, the new ones replace those of the same name and the others stay:
+/// a folder that the user names by mistake loses nothing else.
 pub fn write_dir_atomic(
     path: &Path,
     body: impl FnOnce(&Path) -> Result<(), FormatError>,

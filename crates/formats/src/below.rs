@@ -9,7 +9,8 @@ pub fn stays_below(name: &str) -> bool {
         && Path::new(name).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir))
 }
 
-/// The file that `name` means in `folder` or below it; neither its letters nor links may lead out. The error says so.
+/// The file that `name` means in `folder` or below it; neither its letters nor links may lead out. The error
+/// says so.
 pub fn file_below(folder: &Path, name: &str) -> Result<PathBuf, String> {
     let path = folder.join(name);
     let root = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };

@@ -1,7 +1,8 @@
 //! Named arrays as the material database of EPFL's Realistic Graphics Lab stores them: `.bsdf`, the container
-//! `tensor_file` of Dupuy & Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and Rendering".
-//! Little-endian and unpadded: 12 bytes `tensor_file\0`, version 1.0, u32 number of fields; per field u16 length of its
-//! name, name, u16 number of dimensions, u8 type, u64 offset in the file, u64 per dimension. Plain data, as [`Tensor`]s.
+//! `tensor_file` of Dupuy & Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and
+//! Rendering". Little-endian and unpadded: 12 bytes `tensor_file\0`, version 1.0, u32 number of fields; per
+//! field u16 length of its name, name, u16 number of dimensions, u8 type, u64 offset in the file, u64 per
+//! dimension. Plain data, as [`Tensor`]s.
 
 use crate::image::not_empty;
 use crate::{FormatError, Limits, Tensor, TensorData};
@@ -14,8 +15,8 @@ const MAGIC: &[u8; 12] = b"tensor_file\0";
 const MAX_FIELDS: u32 = 256;
 const MAX_DIMENSIONS: u16 = 8;
 
-/// Decodes a `.bsdf` file that lies in memory; `name` is for messages. Unsigned integers of up to 32 bits become
-/// [`TensorData::U32`], other integers [`TensorData::F64`]. Floats that are not finite pass.
+/// Decodes a `.bsdf` file that lies in memory; `name` is for messages. Unsigned integers of up to 32 bits
+/// become [`TensorData::U32`], other integers [`TensorData::F64`]. Floats that are not finite pass.
 pub fn decode_bsdf(
     name: &Path,
     bytes: &[u8],

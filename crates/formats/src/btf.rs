@@ -1,10 +1,11 @@
-//! Lists of the pictures of a bidirectional texture function (Dana, van Ginneken, Nayar & Koenderink 1999): comma-separated
-//! values with a row for each picture.
+//! Lists of the pictures of a bidirectional texture function (Dana, van Ginneken, Nayar & Koenderink 1999):
+//! comma-separated values with a row for each picture.
 //!
-//! Columns: `theta_i`, `phi_i` of the direction to the light and `theta_o`, `phi_o` of that to the viewer, degrees from the normal (0 to less than
-//! 90) and azimuth from the right of the picture to its top; `file`, the picture, rectified to the plane of the surface, in the list's folder or
-//! below. Where there is a column `source`, all rows say the same: `synthetic` for what was computed. Plain data: whether every view
-//! has every light is the reader's question.
+//! Columns: `theta_i`, `phi_i` of the direction to the light and `theta_o`, `phi_o` of that to the viewer,
+//! degrees from the normal (0 to less than 90) and azimuth from the right of the picture to its top; `file`,
+//! the picture, rectified to the plane of the surface, in the list's folder or below. Where there is a column
+//! `source`, all rows say the same: `synthetic` for what was computed. Plain data: whether every view has
+//! every light is the reader's question.
 
 use crate::csv::{CsvTable, decode_csv_like, write_csv};
 use crate::image::read_bytes;

@@ -1,8 +1,8 @@
 //! Primaries of RGB files, and the way to linear Rec. 709.
 //!
-//! The matrix of a set of chromaticities follows SMPTE RP 177 (1993): the columns are the primaries' XYZ, scaled
-//! so that their sum is the white. Where a file's white differs from D65, the linear Bradford transform (Lam
-//! 1985; ICC.1:2010 annex E) adapts it, so that the file's white (1, 1, 1) stays (1, 1, 1).
+//! The matrix of a set of chromaticities follows SMPTE RP 177 (1993): the columns are the primaries' XYZ,
+//! scaled so that their sum is the white. Where a file's white differs from D65, the linear Bradford
+//! transform (Lam 1985; ICC.1:2010 annex E) adapts it, so that the file's white (1, 1, 1) stays (1, 1, 1).
 
 use crate::Raster;
 
@@ -15,7 +15,8 @@ pub(crate) struct Primaries(pub [[f64; 2]; 4]);
 /// ITU-R BT.709-6 (2015), table 1, with white D65.
 pub(crate) const REC709: Primaries = Primaries([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]]);
 
-/// What Radiance assumes of its own pictures (Ward, `color.h`): nominal CRT primaries with the equal-energy white.
+/// What Radiance assumes of its own pictures (Ward, `color.h`): nominal CRT primaries with the equal-energy
+/// white.
 pub(crate) const RADIANCE: Primaries =
     Primaries([[0.64, 0.33], [0.29, 0.60], [0.15, 0.06], [1. / 3., 1. / 3.]]);
 

@@ -1,4 +1,5 @@
-//! Tables of points as comma-separated values: RFC 4180 (2005), with a header row, UTF-8, line ends of any kind.
+//! Tables of points as comma-separated values: RFC 4180 (2005), with a header row, UTF-8, line ends of any
+//! kind.
 //!
 //! Columns that nobody asks for pass through unchanged. Every fault names its line.
 
@@ -212,8 +213,8 @@ impl CsvTable {
         FormatError::invalid(&self.name, format!("line {line}: {why}"))
     }
 
-    /// Sets the column `name` to numbers, one per row; each is written with the fewest digits that give it back.
-    /// A column of this name is replaced.
+    /// Sets the column `name` to numbers, one per row; each is written with the fewest digits that give it
+    /// back. A column of this name is replaced.
     pub fn set_column(&mut self, name: &str, values: impl IntoIterator<Item = f64>) {
         let texts = values.into_iter().map(|v| v.to_string());
         match self.column(name) {

@@ -29,8 +29,8 @@ fn dxgi(format: TexelFormat) -> u32 {
     }
 }
 
-/// Writes `texture` to `path` in `format`, whole or not at all. Metadata are left out: the format has no room. What
-/// does not fit is counted.
+/// Writes `texture` to `path` in `format`, whole or not at all. Metadata are left out: the format has no
+/// room. What does not fit is counted.
 pub fn write_dds(
     path: &Path,
     texture: &TextureLevels,

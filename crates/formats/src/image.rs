@@ -48,8 +48,8 @@ pub fn read_image_with(path: &Path, options: &ReadOptions) -> Result<Raster, For
     decode_image_with(path, &bytes, options)
 }
 
-/// Decodes an image that lies in memory (embedded in a mesh, or made by a test); `name` is for messages and tells
-/// formats without a magic number apart.
+/// Decodes an image that lies in memory (embedded in a mesh, or made by a test); `name` is for messages and
+/// tells formats without a magic number apart.
 pub fn decode_image(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Raster, FormatError> {
     decode_image_with(name, bytes, &ReadOptions { limits: *limits, ..ReadOptions::default() })
 }
@@ -188,8 +188,8 @@ pub struct WriteOptions {
     pub exr_compression: ExrCompression,
     /// Bits per sample of a PNG: 8 or 16.
     pub png_bits: u8,
-    /// The values are display-referred already: a PNG takes them as they are, 0 … 1. Otherwise they are linear
-    /// and the PNG writer applies the sRGB curve (IEC 61966-2-1).
+    /// The values are display-referred already: a PNG takes them as they are, 0 … 1. Otherwise they are
+    /// linear and the PNG writer applies the sRGB curve (IEC 61966-2-1).
     pub already_encoded: bool,
 }
 
@@ -235,8 +235,8 @@ impl WriteReport {
     }
 }
 
-/// Writes `raster` in the format that the extension names: `.exr`, `.hdr`, `.pfm`, `.png`. The file appears whole
-/// or not at all. Pixels that are not finite are refused.
+/// Writes `raster` in the format that the extension names: `.exr`, `.hdr`, `.pfm`, `.png`. The file appears
+/// whole or not at all. Pixels that are not finite are refused.
 pub fn write_image(path: &Path, raster: &Raster, options: &WriteOptions) -> Result<WriteReport, FormatError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let refuse = |why: String| FormatError::Unwritable { path: path.into(), why };

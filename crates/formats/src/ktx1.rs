@@ -1,7 +1,7 @@
 //! KTX1 textures (Khronos KTX File Format Specification, version 1): what Filament reads.
 //!
-//! Little endian, float and packed formats, one image or six faces, mip levels. Refused: arrays, volumes, compressed
-//! formats other than BC6H, big-endian files.
+//! Little endian, float and packed formats, one image or six faces, mip levels. Refused: arrays, volumes,
+//! compressed formats other than BC6H, big-endian files.
 
 use crate::atomic::write_atomic;
 use crate::image::{not_empty, read_bytes};
@@ -14,8 +14,8 @@ use std::path::Path;
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 11\xbb\r\n\x1a\n";
 const HEADER_BYTES: usize = 64;
 
-/// GL_R11F_G11F_B10F: the type of cmgen's files, and the only one for this format that Filament's reader knows
-/// (`Ktx1Reader`).
+/// GL_R11F_G11F_B10F: the type of cmgen's files, and the only one for this format that Filament's reader
+/// knows (`Ktx1Reader`).
 const PACKED: u32 = 0x8c3a;
 /// GL_UNSIGNED_INT_10F_11F_11F_REV: the type that the specification has.
 const PACKED_REV: u32 = 0x8c3b;

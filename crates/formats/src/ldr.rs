@@ -71,7 +71,8 @@ fn decode_png(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Sample
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
     // Palettes become RGB, 1 to 4 bits become 8, a transparent colour becomes alpha.
     decoder.set_transformations(png::Transformations::EXPAND);
-    // Compressed texts and profiles may unfold to a thousand times their size, and nothing here asks for them.
+    // Compressed texts and profiles may unfold to a thousand times their size, and nothing here asks for
+    // them.
     decoder.set_ignore_text_chunk(true);
     decoder.set_ignore_iccp_chunk(true);
     let mut reader = decoder.read_info().map_err(invalid)?;

@@ -3,10 +3,11 @@
 use crate::{FormatError, Limits, TextureLevels};
 use std::path::Path;
 
-/// Decoded bytes for each byte of a file that need no other ground: photographs come to 4 … 20, textures of few colours to 50.
+/// Decoded bytes for each byte of a file that need no other ground: photographs come to 4 … 20, textures of
+/// few colours to 50.
 const BACKED: u64 = 64;
-/// Part of the memory limit that a file may fill whatever its size, such as a flat normal map: 512 MiB by default, which an
-/// image of 8192 x 4096 pixels stays below and which is decoded within 2 s.
+/// Part of the memory limit that a file may fill whatever its size, such as a flat normal map: 512 MiB by
+/// default, which an image of 8192 x 4096 pixels stays below and which is decoded within 2 s.
 const UNBACKED_PART: u64 = 16;
 /// Planes that an image comes to in use: a grey one becomes red, green and blue.
 const COLOURS: u64 = 3;
@@ -14,16 +15,16 @@ const COLOURS: u64 = 3;
 const MIN_UNBACKED_BYTES: u64 = 64 << 20;
 
 impl Limits {
-    /// Bytes that a file of `file_bytes` may decode to within [`Limits::max_memory`]: much for a large file, little for a
-    /// short one that claims to be large.
+    /// Bytes that a file of `file_bytes` may decode to within [`Limits::max_memory`]: much for a large file,
+    /// little for a short one that claims to be large.
     pub(crate) fn decoded(&self, file_bytes: u64) -> u64 {
         let unbacked = (self.max_memory / UNBACKED_PART).max(MIN_UNBACKED_BYTES);
         self.max_memory.min(unbacked.max(file_bytes.saturating_mul(BACKED)))
     }
 
-    /// May an image of `width`·`height` pixels, `planes` planes of f32, be decoded from `file_bytes` bytes? Gives
-    /// the pixel count. Refuses empty images, sides and memory beyond the limits, and files that are so much
-    /// smaller than what they claim to hold that they must be truncated or hostile.
+    /// May an image of `width`·`height` pixels, `planes` planes of f32, be decoded from `file_bytes` bytes?
+    /// Gives the pixel count. Refuses empty images, sides and memory beyond the limits, and files that are so
+    /// much smaller than what they claim to hold that they must be truncated or hostile.
     pub fn image(
         &self,
         path: &Path,

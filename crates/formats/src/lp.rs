@@ -1,10 +1,11 @@
-//! Light positions of a set of photographs for reflectance transformation imaging (`.lp`), as the fitters of polynomial
-//! texture maps (Malzbender, Gelb & Wolters 2001) read them and Cultural Heritage Imaging's RTIBuilder writes them.
+//! Light positions of a set of photographs for reflectance transformation imaging (`.lp`), as the fitters of
+//! polynomial texture maps (Malzbender, Gelb & Wolters 2001) read them and Cultural Heritage Imaging's
+//! RTIBuilder writes them.
 //!
-//! Text: the first line is the number of photographs, and each line after it is one of them, a file's name and the
-//! position x, y, z of its light, parted by white space. The last three words of a line are the position, so that names may
-//! contain spaces. Lines without a word are none. Plain data: positions are as given (most files hold unit vectors), and
-//! the axes are the reader's.
+//! Text: the first line is the number of photographs, and each line after it is one of them, a file's name
+//! and the position x, y, z of its light, parted by white space. The last three words of a line are the
+//! position, so that names may contain spaces. Lines without a word are none. Plain data: positions are as
+//! given (most files hold unit vectors), and the axes are the reader's.
 
 use crate::atomic::write_atomic;
 use crate::image::{not_empty, read_bytes};
@@ -28,8 +29,8 @@ pub fn read_lp(path: &Path, limits: &Limits) -> Result<Vec<LightPosition>, Forma
     decode_lp(path, &read_bytes(path, limits)?, limits)
 }
 
-/// Parses a list of light positions that lies in memory; `name` is for messages. A file may end without a line feed, so
-/// that a cut within the last number passes where what is left of it is a number.
+/// Parses a list of light positions that lies in memory; `name` is for messages. A file may end without a
+/// line feed, so that a cut within the last number passes where what is left of it is a number.
 pub fn decode_lp(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Vec<LightPosition>, FormatError> {
     let invalid = |why: String| FormatError::invalid(name, why);
     not_empty(name, bytes)?;

@@ -1,6 +1,7 @@
-//! Measured isotropic reflectance as MERL stores it: `.binary`, after Matusik, Pfister, Brand & McMillan 2003, "A
-//! Data-Driven Reflectance Model". Little-endian: three `i32` dimensions, 90, 90 and 180, then red, green and blue, each
-//! 90·90·180 `f64` with the last dimension fastest. Plain data: what the indices and the numbers mean is the reader's.
+//! Measured isotropic reflectance as MERL stores it: `.binary`, after Matusik, Pfister, Brand & McMillan
+//! 2003, "A Data-Driven Reflectance Model". Little-endian: three `i32` dimensions, 90, 90 and 180, then red,
+//! green and blue, each 90·90·180 `f64` with the last dimension fastest. Plain data: what the indices and the
+//! numbers mean is the reader's.
 
 use crate::atomic::write_atomic;
 use crate::image::not_empty;

@@ -1,6 +1,6 @@
-//! Portable float maps (`.pfm`): Debevec's `PF` (colour) and `Pf` (grey). Rows run from the bottom to the top; a
-//! negative scale says little endian. The scale's size says how many units a value stands for, so values are
-//! multiplied by it.
+//! Portable float maps (`.pfm`): Debevec's `PF` (colour) and `Pf` (grey). Rows run from the bottom to the
+//! top; a negative scale says little endian. The scale's size says how many units a value stands for, so
+//! values are multiplied by it.
 
 use crate::image::Planes;
 use crate::{Channel, FormatError, Limits, Raster};
@@ -53,7 +53,8 @@ fn header(bytes: &[u8]) -> Result<Header, String> {
     let width = word(bytes, &mut at)?;
     let height = word(bytes, &mut at)?;
     let scale = word(bytes, &mut at)?;
-    // Exactly one white space parts the header from the pixels; "\r\n" would be two, and is not written by anyone.
+    // Exactly one white space parts the header from the pixels; "\r\n" would be two, and is not written by
+    // anyone.
     let pixels_at = at + 1;
     if pixels_at > bytes.len() {
         return Err("the header is truncated".into());

@@ -1,23 +1,25 @@
-//! Polynomial texture maps (`.ptm`), version 1.2: Malzbender, Gelb & Wolters 2001, "Polynomial Texture Maps", and the
-//! report that describes the file, Malzbender, Wolters & Gelb 2001, "Polynomial Texture Map (.ptm) File Format", HPL-2001-104.
+//! Polynomial texture maps (`.ptm`), version 1.2: Malzbender, Gelb & Wolters 2001, "Polynomial Texture Maps",
+//! and the report that describes the file, Malzbender, Wolters & Gelb 2001, "Polynomial Texture Map (.ptm)
+//! File Format", HPL-2001-104.
 //!
-//! A texel is a biquadratic polynomial of the light's direction, whose components along the surface's tangent and
-//! bitangent are (u, v) = (l·t, l·b):
+//! A texel is a biquadratic polynomial of the light's direction, whose components along the surface's tangent
+//! and bitangent are (u, v) = (l·t, l·b):
 //!
 //! ```text
 //! L(u, v) = a0 u² + a1 v² + a2 u v + a3 u + a4 v + a5
 //! ```
 //!
-//! The header is text, its words parted by white space: `PTM_1.2`, the kind, width, height, six scales, six biases (a0 to
-//! a5 each). After the line feed that ends it come bytes, the bottom row first:
+//! The header is text, its words parted by white space: `PTM_1.2`, the kind, width, height, six scales, six
+//! biases (a0 to a5 each). After the line feed that ends it come bytes, the bottom row first:
 //!
 //! | kind | bytes |
 //! |---|---|
 //! | `PTM_FORMAT_LRGB` | one block of six coefficients a texel, which are luminance; one block of red, green and blue |
 //! | `PTM_FORMAT_RGB` | three blocks of six coefficients a texel: red, green, blue |
 //!
-//! A coefficient is (byte − bias) · scale. The kinds that JPEG compresses, and `PTM_FORMAT_LUM`, are refused by name. Plain
-//! data: in what unit the polynomials are (files of the usual fitters span 0 … 255) is the reader's.
+//! A coefficient is (byte − bias) · scale. The kinds that JPEG compresses, and `PTM_FORMAT_LUM`, are refused
+//! by name. Plain data: in what unit the polynomials are (files of the usual fitters span 0 … 255) is the
+//! reader's.
 
 use crate::atomic::write_atomic;
 use crate::image::{not_empty, read_bytes};
@@ -234,9 +236,9 @@ fn shown(word: &str) -> String {
     word.chars().filter(|c| !c.is_control()).take(40).collect()
 }
 
-/// Writes a polynomial texture map. Each coefficient gets the scale and the bias that its range over all texels asks
-/// for; the six scales are returned, and no coefficient changes by more than half of its scale (and the rounding of single
-/// precision).
+/// Writes a polynomial texture map. Each coefficient gets the scale and the bias that its range over all
+/// texels asks for; the six scales are returned, and no coefficient changes by more than half of its scale
+/// (and the rounding of single precision).
 pub fn write_ptm(path: &Path, ptm: &Ptm) -> Result<[f32; 6], FormatError> {
     let refuse = |why: String| FormatError::Unwritable { path: path.into(), why };
     let (width, height) = (ptm.width, ptm.height);

@@ -48,7 +48,8 @@ impl Raster {
         Some((i % self.width.max(1), i / self.width.max(1), &channel.name))
     }
 
-    /// Red, green and blue, moved out; a single luminance plane serves as all three. `None` where there is neither.
+    /// Red, green and blue, moved out; a single luminance plane serves as all three. `None` where there is
+    /// neither.
     pub fn into_rgb(mut self) -> Option<[Vec<f32>; 3]> {
         let mut take = |name: &str| {
             let i = self.channels.iter().position(|c| c.name == name)?;

@@ -20,8 +20,8 @@ pub struct StoredTexture {
 }
 
 impl StoredTexture {
-    /// Encodes `texture` in `format`; what does not fit is counted. Textures that are not whole, and values that are
-    /// not finite, are refused; `path` is for that message.
+    /// Encodes `texture` in `format`; what does not fit is counted. Textures that are not whole, and values
+    /// that are not finite, are refused; `path` is for that message.
     pub fn new(path: &Path, texture: &TextureLevels, format: TexelFormat) -> Result<Self, FormatError> {
         check(texture).map_err(|why| FormatError::Unwritable { path: path.into(), why })?;
         Ok(Self::encode(texture, format))

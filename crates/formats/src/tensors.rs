@@ -1,5 +1,6 @@
-//! Tensors with names and metadata: the safetensors format (Hugging Face, 0.4). Written here, so that the same
-//! tensors always give the same bytes; read through the crate `safetensors`, which checks shapes and offsets.
+//! Tensors with names and metadata: the safetensors format (Hugging Face, 0.4). Written here, so that the
+//! same tensors always give the same bytes; read through the crate `safetensors`, which checks shapes and
+//! offsets.
 
 use crate::atomic::write_atomic;
 use crate::image::{not_empty, read_bytes};
@@ -152,8 +153,8 @@ impl TensorFile {
         self.tensors.values().map(|t| t.data.bytes()).sum()
     }
 
-    /// Writes the file's bytes: the header's length, the header as JSON padded to 8 bytes, the elements. Wider
-    /// elements come first, so that each tensor is aligned.
+    /// Writes the file's bytes: the header's length, the header as JSON padded to 8 bytes, the elements.
+    /// Wider elements come first, so that each tensor is aligned.
     pub fn encode(&self, w: &mut dyn Write) -> io::Result<()> {
         self.encode_with(None, w)
     }
@@ -254,8 +255,8 @@ pub fn write_tensors(path: &Path, file: &TensorFile) -> Result<(), FormatError> 
     write_atomic(path, |w| file.encode(w))
 }
 
-/// Writes `file` and a tensor that is made meanwhile to `path`, whole or not at all: the same bytes as if it had been among the
-/// others.
+/// Writes `file` and a tensor that is made meanwhile to `path`, whole or not at all: the same bytes as if it
+/// had been among the others.
 pub fn write_tensors_with(path: &Path, file: &TensorFile, made: TensorParts<'_>) -> Result<(), FormatError> {
     write_atomic(path, |w| file.encode_with(Some(made), w))
 }

@@ -1,5 +1,5 @@
-//! Truevision Targa (`.tga`), true-colour 24 and 32 bit and grey 8 bit, plain or run-length coded: TGA File Format
-//! Specification 2.0 (1991). Normal maps still come in it. Colour-mapped and 16-bit files are refused.
+//! Truevision Targa (`.tga`), true-colour 24 and 32 bit and grey 8 bit, plain or run-length coded: TGA File
+//! Format Specification 2.0 (1991). Normal maps still come in it. Colour-mapped and 16-bit files are refused.
 
 use crate::image::ReadOptions;
 use crate::ldr::Curve;

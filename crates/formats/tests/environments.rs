@@ -1,5 +1,5 @@
-//! Every environment of the data folder, against numbers that NumPy (Radiance pictures, decoded by hand) and the
-//! OpenEXR library's own Python module gave.
+//! Every environment of the data folder, against numbers that NumPy (Radiance pictures, decoded by hand) and
+//! the OpenEXR library's own Python module gave.
 
 use std::path::Path;
 use steradian_formats::{Limits, Raster, read_image};

@@ -1,5 +1,5 @@
-//! The corpus of mesh files: valid ones have the vertices and triangles that their names state, invalid ones give
-//! one line and exit code 3; truncated and damaged copies of both never panic.
+//! The corpus of mesh files: valid ones have the vertices and triangles that their names state, invalid ones
+//! give one line and exit code 3; truncated and damaged copies of both never panic.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -137,8 +137,8 @@ fn pipeline(gpu: &Gpu, data: &TechniqueData, source: &str) -> (wgpu::ComputePipe
     (pipeline, io)
 }
 
-/// The planes of [`steradian_technique::gpu::Binding::Points`]; those that the points lack are zero, lobes the
-/// material's.
+/// The planes of [`steradian_technique::gpu::Binding::Points`]; those that the points lack are zero, lobes
+/// the material's.
 fn planes(points: &Points<'_>, entry: Entry) -> Vec<u8> {
     let count = points.len();
     let mut bytes = Vec::with_capacity(MOST_PLANES * 4 * count);

@@ -4,7 +4,8 @@ use crate::GpuError;
 use crate::scene::Path;
 use std::sync::{Arc, Mutex};
 
-/// Share of the device's memory from which on it counts as full, in percent: past it drivers may end the process.
+/// Share of the device's memory from which on it counts as full, in percent: past it drivers may end the
+/// process.
 const MEMORY_PERCENT: u8 = 90;
 
 /// Data-centre accelerators, which rasterise at a small part of the speed at which they compute.
@@ -108,14 +109,15 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
-    /// The path that shades faster here: compute on software adapters, whose rasteriser shades blocks of pixels for
-    /// each small triangle, and on accelerators that have almost no graphics units; else raster.
+    /// The path that shades faster here: compute on software adapters, whose rasteriser shades blocks of
+    /// pixels for each small triangle, and on accelerators that have almost no graphics units; else raster.
     pub fn preferred_path(&self) -> Path {
         let compute = self.is_software() || ACCELERATORS.iter().any(|name| self.info.name.contains(name));
         if compute { Path::Compute } else { Path::Raster }
     }
 
-    /// Gives the device and all that is on it back; whatever uses it afterwards fails with [`GpuError::Lost`].
+    /// Gives the device and all that is on it back; whatever uses it afterwards fails with
+    /// [`GpuError::Lost`].
     pub fn destroy(&self) {
         if let Ok(mut l) = self.lost.lock() {
             l.get_or_insert_with(|| "it was given back".into());
@@ -138,8 +140,8 @@ impl Gpu {
         self.multisamples_floats
     }
 
-    /// Bytes read and written per second by copies of `bytes` on the device: its bandwidth roof, by the wall's
-    /// clock, the best of five.
+    /// Bytes read and written per second by copies of `bytes` on the device: its bandwidth roof, by the
+    /// wall's clock, the best of five.
     pub fn copy_bandwidth(&self, bytes: u64) -> Result<f64, GpuError> {
         if bytes > self.device.limits().max_buffer_size {
             return Err(GpuError::Memory(format!("a copy of {bytes} bytes")));

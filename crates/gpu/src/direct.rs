@@ -1,7 +1,7 @@
 //! Lights that are shaded with the exact reflectance: uniforms and WGSL beside a technique's.
 //!
-//! Group 2 of every pipeline that shades holds the camera, the lights and the reflectance's parameters; each object
-//! has a group of its own. Lights change without touching any pipeline.
+//! Group 2 of every pipeline that shades holds the camera, the lights and the reflectance's parameters; each
+//! object has a group of its own. Lights change without touching any pipeline.
 
 use crate::layout::{self, Slot, filled};
 use crate::lights::{CAPACITY, both};
@@ -29,8 +29,8 @@ pub struct DirectLights {
 }
 
 impl DirectLights {
-    /// Uploads the lights of `scene` and the reflectances of its objects. `layout` has [`SLOTS`], or, with `masks`,
-    /// [`SHADOWED_SLOTS`].
+    /// Uploads the lights of `scene` and the reflectances of its objects. `layout` has [`SLOTS`], or, with
+    /// `masks`, [`SHADOWED_SLOTS`].
     pub fn new(
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,

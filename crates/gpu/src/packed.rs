@@ -28,8 +28,8 @@ pub fn textures(object: &Object) -> [Option<&Texture>; TEXTURES] {
     ]
 }
 
-/// The numbers of `struct GpuObject`: first id, triangles, filtering and 4 with vertex colours; levels, rows and wrap of
-/// each texture.
+/// The numbers of `struct GpuObject`: first id, triangles, filtering and 4 with vertex colours; levels, rows
+/// and wrap of each texture.
 #[derive(Debug, Clone, Copy)]
 pub struct Counts {
     object: [u32; 3],
@@ -82,8 +82,8 @@ fn wrap_word(w: Wrap) -> u32 {
     }
 }
 
-/// The texture with its levels one below the other, each from the left: software adapters read one level for all
-/// threads of a group, whatever each asks for. A black texel where there is no texture.
+/// The texture with its levels one below the other, each from the left: software adapters read one level for
+/// all threads of a group, whatever each asks for. A black texel where there is no texture.
 pub fn stack(texture: Option<&Texture>) -> Level {
     let none = || Level { width: 1, height: 1, texels: vec![[0.0; 3]] };
     texture.map_or_else(none, |t| {
@@ -103,8 +103,8 @@ pub fn stack(texture: Option<&Texture>) -> Level {
 /// Texels beyond each side that the bicubic lookup reads.
 pub const BORDER: usize = 2;
 
-/// The image with its border: columns go on around the seam, a row beyond a pole is the row reflected and turned by
-/// half a turn (for odd widths the mean of two columns).
+/// The image with its border: columns go on around the seam, a row beyond a pole is the row reflected and
+/// turned by half a turn (for odd widths the mean of two columns).
 pub fn bordered(image: &Level) -> Level {
     let (w, h) = (image.width as isize, image.height as isize);
     let row = |j: isize, i: isize| image.texels[(j * w + i.rem_euclid(w)) as usize];
@@ -134,7 +134,8 @@ pub fn backdrop_uniforms(backdrop: &Backdrop) -> Vec<u8> {
     uniforms
 }
 
-/// Two rows a disk, unit direction and angular radius, and radiance; those of a black one where there is none.
+/// Two rows a disk, unit direction and angular radius, and radiance; those of a black one where there is
+/// none.
 pub fn disks(backdrop: &Backdrop) -> Vec<[f32; 4]> {
     let mut disks = Vec::new();
     for d in &backdrop.disks {

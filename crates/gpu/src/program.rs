@@ -55,9 +55,9 @@ impl Program {
         }
     }
 
-    /// The program of `object` for devices without storage buffers, such as WebGL's: data per site lie in textures. The light
-    /// turns without any change of the technique's data, except under techniques with data per site, whose light stands
-    /// still.
+    /// The program of `object` for devices without storage buffers, such as WebGL's: data per site lie in
+    /// textures. The light turns without any change of the technique's data, except under techniques with
+    /// data per site, whose light stands still.
     pub fn textured(object: &Object) -> Self {
         let library = gpu::library_of(&object.technique, Storage::Textures);
         Self { library, turned: true, ..Self::of(object) }
@@ -86,8 +86,8 @@ pub fn varying(place: &str) -> String {
     format!("struct GpuVarying {{\n    @builtin(position) position: vec4<f32>,\n{members}}}\n")
 }
 
-/// From an object's triangles to radiance, by the technique's own function; what reads the triangles (`gpu_vertex_row` and
-/// its like) is the caller's.
+/// From an object's triangles to radiance, by the technique's own function; what reads the triangles
+/// (`gpu_vertex_row` and its like) is the caller's.
 pub fn surface(program: &Program) -> String {
     let entry = program.entry;
     let call = entry.call(["n", "t", "o", "p"], "look.lobe", "gpu_site_of(s, wo, footprint)");
@@ -125,7 +125,8 @@ fn gpu_reflected(look: GpuLook, wo: vec3<f32>, s: GpuPoint, footprint: f32) -> v
     once(parts.into_iter().filter(|p| p.0).map(|p| p.1).collect(), ATAN2)
 }
 
-/// `text` with its first `definition` alone: techniques, their lights and reflectances each bring what they call.
+/// `text` with its first `definition` alone: techniques, their lights and reflectances each bring what they
+/// call.
 fn once(text: String, definition: &str) -> String {
     match text.split_once(definition) {
         Some((before, after)) => [before, definition, &after.replace(definition, "")].concat(),

@@ -79,7 +79,8 @@ pub struct Object {
     pub technique: GpuTechnique,
     /// The reflectance that [`Scene::direct`] is shaded with; without one, those lights pass the object by.
     pub brdf: Option<BrdfShader>,
-    /// Its technique's data hold the scene's disks and directional lights: of [`Scene::direct`] it gets the points alone.
+    /// Its technique's data hold the scene's disks and directional lights: of [`Scene::direct`] it gets the
+    /// points alone.
     pub folds_suns: bool,
     /// Multiplies the radiance.
     pub base_colour: Option<Arc<Texture>>,
@@ -123,7 +124,8 @@ pub struct Backdrop {
 pub struct Scene {
     /// The objects.
     pub objects: Vec<Object>,
-    /// Lights that are shaded with the exact reflectance, on top of the techniques; distant ones turn with the light.
+    /// Lights that are shaded with the exact reflectance, on top of the techniques; distant ones turn with
+    /// the light.
     pub direct: Direct,
     /// In world space, of the objects whose techniques are behind shadow volumes
     /// ([`steradian_technique::gpu::shadow::behind`]) of the same lights.

@@ -21,8 +21,9 @@ use steradian_testkit::data;
 /// Largest |GPU − CPU| over |CPU|, where the CPU's value is above `floor` of the largest.
 const BOUND: f64 = 1e-3;
 
-/// Is it so near the horizon that singles hold no digits: there the lit parts of cylinders are differences of angles (.7 degrees,
-/// since the sines of an H100 are off by 5e-7), and G₁ of some fits passes through 0 (a tenth of a degree)?
+/// Is it so near the horizon that singles hold no digits: there the lit parts of cylinders are differences of
+/// angles (.7 degrees, since the sines of an H100 are off by 5e-7), and G₁ of some fits passes through 0 (a
+/// tenth of a degree)?
 fn grazing(spec: &str, (wi, wo): (Vec3, Vec3)) -> bool {
     let least = match spec.split(':').next() {
         Some("poulin-fournier") => 0.012,
@@ -32,9 +33,10 @@ fn grazing(spec: &str, (wi, wo): (Vec3, Vec3)) -> bool {
     [wi.z, wo.z].iter().any(|z| (0.0..least).contains(z))
 }
 
-/// Below this part of the largest value, differences are relative to it; lit parts of cylinders are differences of
-/// tabulated integrals, and networks make much of the 6e-8 by which directions in singles are not of length 1. CUReT's modes
-/// cancel where their sum is cut at 0; near a node at 0 what is interpolated is as exact as the distance from it.
+/// Below this part of the largest value, differences are relative to it; lit parts of cylinders are
+/// differences of tabulated integrals, and networks make much of the 6e-8 by which directions in singles are
+/// not of length 1. CUReT's modes cancel where their sum is cut at 0; near a node at 0 what is interpolated
+/// is as exact as the distance from it.
 fn floor(spec: &str) -> f64 {
     match spec.split(':').next() {
         Some("poulin-fournier" | "nbrdf" | "curet") => 1e-2,
@@ -161,7 +163,8 @@ fn modes() -> SharedBrdf {
     parse_with("curet:a.dat,sample=1", Files::Held(&numbers)).expect("held")
 }
 
-/// An anisotropic file of the RGL database, smooth, whose azimuths span a half or a quarter of the circle, as kept of it.
+/// An anisotropic file of the RGL database, smooth, whose azimuths span a half or a quarter of the circle, as
+/// kept of it.
 fn anisotropic(spec: &str) -> SharedBrdf {
     let span = if spec.contains("half") { 1.0 } else { 0.5 };
     let phis = [0.0, 0.3, 1.0].map(|t| PI * (t * span - 1.0));
@@ -191,7 +194,8 @@ fn direction(theta: f64, phi: f64) -> Vec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()).as_vec3()
 }
 
-/// Pairs of wi and wo: at the pole, at grazing, behind; on the mirror direction, near it at all scales, far from it.
+/// Pairs of wi and wo: at the pole, at grazing, behind; on the mirror direction, near it at all scales, far
+/// from it.
 fn pairs() -> Vec<(Vec3, Vec3)> {
     let mut out = Vec::new();
     for theta in [0.0, 0.01, 0.3, 0.9, 1.3, 1.5, 1.56, 1.57, 1.6] {

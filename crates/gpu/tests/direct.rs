@@ -161,8 +161,8 @@ fn picture(k: usize, slug: &str, spec: &str) -> Result<(), Failed> {
     Ok(())
 }
 
-/// A sun, lamps and a directional light over a box on a floor, by rays and by shadow maps. Of few triangles: software adapters
-/// shade whole blocks of pixels for each of them.
+/// A sun, lamps and a directional light over a box on a floor, by rays and by shadow maps. Of few triangles:
+/// software adapters shade whole blocks of pixels for each of them.
 fn shadows() -> Result<(), Failed> {
     const SIDE: usize = 192;
     let gpu = gpu()?;
@@ -208,8 +208,9 @@ fn shadows() -> Result<(), Failed> {
     Ok(())
 }
 
-/// Shadow volumes beside rays, of a light a channel: a distant one, one above and one inside a knot over a floor, under a lid whose
-/// edges are open. Seen from the distant light, by parallel rays too, from inside the shadows of all three, and from aside.
+/// Shadow volumes beside rays, of a light a channel: a distant one, one above and one inside a knot over a
+/// floor, under a lid whose edges are open. Seen from the distant light, by parallel rays too, from inside
+/// the shadows of all three, and from aside.
 #[allow(clippy::print_stdout, reason = "what the documentation states")]
 fn volumes() -> Result<(), Failed> {
     const SIDE: usize = 96;
@@ -299,8 +300,8 @@ fn volumes() -> Result<(), Failed> {
     Ok(())
 }
 
-/// Pixels that differ by more than a hundredth of the brightest: those whose values lie within those of `truth` at most a pixel away,
-/// and all others.
+/// Pixels that differ by more than a hundredth of the brightest: those whose values lie within those of
+/// `truth` at most a pixel away, and all others.
 fn beside_silhouettes(truth: &[f32], picture: &[f32], side: usize) -> (usize, usize) {
     let margin = 0.01 * truth.iter().fold(0.0f32, |m, x| m.max(*x));
     let (mut beside, mut elsewhere) = (0, 0);

@@ -1,5 +1,5 @@
-//! No adapter, a lost device, missing features and limits, too much memory: an error of one line that says what to do,
-//! never a panic.
+//! No adapter, a lost device, missing features and limits, too much memory: an error of one line that says
+//! what to do, never a panic.
 //!
 //! Without an adapter the tests show as ignored, but for the one of a missing adapter;
 //! `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
@@ -93,7 +93,8 @@ fn a_lost_device_is_an_error_for_ever() -> Result<(), Failed> {
     Ok(())
 }
 
-/// WebGPU's own limits and no optional feature: both paths draw, nothing is timed, and what does not fit is said.
+/// WebGPU's own limits and no optional feature: both paths draw, nothing is timed, and what does not fit is
+/// said.
 fn a_portable_device_draws_and_names_its_limits() -> Result<(), Failed> {
     let gpu = Gpu::open_portable()?;
     let (case, bake) = bake()?;

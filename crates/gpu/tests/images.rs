@@ -1,4 +1,5 @@
-//! Whole pictures, GPU against CPU: the demo's materials and skies, every technique that takes them, both paths.
+//! Whole pictures, GPU against CPU: the demo's materials and skies, every technique that takes them, both
+//! paths.
 //!
 //! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
 //! `STERADIAN_KEEP=FOLDER` keeps the pictures.
@@ -179,8 +180,8 @@ fn largest_difference(a: &Picture, b: &Picture) -> f32 {
     pairs.fold(0.0f32, |m, (x, y)| m.max((x - y).abs())) / scale
 }
 
-/// A window a thousand times as bright as its wall, in texels of eleven degrees: every pixel as on the CPU, and none beyond
-/// the range of the two.
+/// A window a thousand times as bright as its wall, in texels of eleven degrees: every pixel as on the CPU,
+/// and none beyond the range of the two.
 fn windows_in_the_backdrop_have_no_rims() -> Result<(), Failed> {
     let gpu = gpu()?;
     let case = case(1, 16);
@@ -214,7 +215,8 @@ fn windows_in_the_backdrop_have_no_rims() -> Result<(), Failed> {
     Ok(())
 }
 
-/// A renderer that got new uniforms shows what one made from the turned bake shows; nothing is uploaded again.
+/// A renderer that got new uniforms shows what one made from the turned bake shows; nothing is uploaded
+/// again.
 fn a_turned_light_is_an_update_of_uniforms() -> Result<(), Failed> {
     let gpu = gpu()?;
     let case = case(1, 128);

@@ -1,4 +1,5 @@
-//! A running renderer after each change shows what a fresh one shows, on both paths; data per site reach the shader.
+//! A running renderer after each change shows what a fresh one shows, on both paths; data per site reach the
+//! shader.
 //!
 //! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
 
@@ -157,8 +158,8 @@ fn places(mesh: &steradian_scene::Mesh) -> Vec<Buffer> {
     vec![Buffer::new("place", 5, data.collect())]
 }
 
-/// Data of the vertices, interpolated, are the position that the shader has; so are texture coordinates. The object
-/// is the second of two slots, so that its vertices are not the mesh's first.
+/// Data of the vertices, interpolated, are the position that the shader has; so are texture coordinates. The
+/// object is the second of two slots, so that its vertices are not the mesh's first.
 fn sites_reach_the_shader() -> Result<(), Failed> {
     let gpu = gpu()?;
     let mut case = case(1, SIDE);

@@ -25,7 +25,8 @@ use steradian_techniques::{AnyBake, Material, PointLobe, PointsBuf, Radiance, fi
 
 /// Largest |GPU − CPU| over |CPU|, or over a hundredth of the brightest where that is more.
 const POINT_BOUND: f32 = 1e-3;
-/// Mean FLIP between the CPU's and the GPU's picture: the raster path of an H100 places samples of unfiltered bumps .0102 away.
+/// Mean FLIP between the CPU's and the GPU's picture: the raster path of an H100 places samples of unfiltered
+/// bumps .0102 away.
 const BOUND: f32 = 0.012;
 const SIDE: usize = 128;
 
@@ -119,8 +120,8 @@ fn texture(f: impl Fn(usize, usize) -> [f32; 3], wrap: [Wrap; 2]) -> Arc<Texture
     Arc::new(Texture::new(32, 32, &planes).expect("a square").with_wrap(wrap))
 }
 
-/// The CPU's picture of `mesh` moved by `map`, and the GPU's, at 16 samples a pixel: maps vary within a pixel, and both
-/// place their samples in their own ways.
+/// The CPU's picture of `mesh` moved by `map`, and the GPU's, at 16 samples a pixel: maps vary within a
+/// pixel, and both place their samples in their own ways.
 fn pictures(
     name: &str,
     slug: &str,
@@ -130,7 +131,8 @@ fn pictures(
     maps: &SurfaceMaps,
 ) -> Result<(), Failed> {
     let gpu = gpu()?;
-    // The studio's edges, mirrored by bumps, show where each renderer places its samples: there the overcast sky is the light.
+    // The studio's edges, mirrored by bumps, show where each renderer places its samples: there the overcast
+    // sky is the light.
     let smooth = slug == "mirror_map" || name == "everything";
     let mut case = case(if smooth { 2 } else { 1 }, SIDE);
     let bake = bake(slug, &case, spec)?;

@@ -61,7 +61,8 @@ fn ring() -> Geometry {
     Geometry::new(Arc::new(shapes::torus(0.7, 0.3, 16)), Sites::Vertices)
 }
 
-/// Normals over the sphere (poles, cube edges and corners among them), views from facing to grazing and behind.
+/// Normals over the sphere (poles, cube edges and corners among them), views from facing to grazing and
+/// behind.
 fn points(sites: Option<&Geometry>) -> PointsBuf {
     let mut normals = vec![
         DVec3::Y,
@@ -99,7 +100,8 @@ fn points(sites: Option<&Geometry>) -> PointsBuf {
     out
 }
 
-/// Views from 3° above the horizon to a tenth of one, which see a sun in `to` at the horizon across from them.
+/// Views from 3° above the horizon to a tenth of one, which see a sun in `to` at the horizon across from
+/// them.
 fn grazing(to: DVec3) -> PointsBuf {
     let mut out = PointsBuf::default();
     let aside = to.any_orthonormal_vector();
@@ -277,8 +279,8 @@ fn turned_lobes(visibility: &'static str) -> Result<(), Failed> {
     compare(gpu, &*bake, &points(geometry.as_ref()))
 }
 
-/// Shades by both, with the first of `specs` that the choice takes: a central direction along the tangent, say, is for
-/// strands alone.
+/// Shades by both, with the first of `specs` that the choice takes: a central direction along the tangent,
+/// say, is for strands alone.
 fn technique(
     technique: &'static dyn AnyTechnique,
     specs: &[&'static str],

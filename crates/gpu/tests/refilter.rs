@@ -1,4 +1,5 @@
-//! Refiltering on the GPU against the CPU's exact filter, and techniques lit by it against techniques baked anew.
+//! Refiltering on the GPU against the CPU's exact filter, and techniques lit by it against techniques baked
+//! anew.
 //!
 //! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
 
@@ -271,8 +272,8 @@ fn the_finished_chain_stays_until_the_next() -> Result<(), Failed> {
     Ok(())
 }
 
-/// The renderer's own backdrop, which other tests hold to the CPU's, captured from inside: every direction keeps its
-/// colour.
+/// The renderer's own backdrop, which other tests hold to the CPU's, captured from inside: every direction
+/// keeps its colour.
 fn captures_are_oriented() -> Result<(), Failed> {
     let gpu = gpu()?;
     let colour = |d: DVec3| [0.5 + 0.45 * d.x, 0.5 + 0.45 * d.y, 0.5 + 0.45 * d.z].map(|x| x as f32);
@@ -347,7 +348,8 @@ fn bake(slug: &str, spec: &str, lights: &Lights) -> Result<Box<dyn AnyBake>, Fai
     Ok(t.bake(lights, &material, None, &ParamValues::default(), &Task::quiet())?)
 }
 
-/// A technique baked for a plain sky, given the chain that the GPU makes of other light, shades as one baked for that.
+/// A technique baked for a plain sky, given the chain that the GPU makes of other light, shades as one baked
+/// for that.
 fn split_sum_is_lit_as_by_a_new_bake() -> Result<(), Failed> {
     let gpu = gpu()?;
     let (before, after) = (steradian_light::sky::by_name("overcast", 128, 64)?, light::room_with_window());
@@ -422,8 +424,8 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
     if off > 3e-3 || off.is_nan() { Err(format!("irradiance: {off} apart").into()) } else { Ok(()) }
 }
 
-/// Every technique that says which of its data are filtered light, given another hour's by its refilters, shades as one baked
-/// for that.
+/// Every technique that says which of its data are filtered light, given another hour's by its refilters,
+/// shades as one baked for that.
 fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
     let gpu = gpu()?;
     let sky = |spec: &str| Lights::of_sky(spec, (256, 128));

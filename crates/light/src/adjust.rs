@@ -14,8 +14,8 @@ impl Lights {
         Ok(Self { environment, disks: sky.sun.into_iter().collect(), ..Self::default() })
     }
 
-    /// Turns everything distant by `degrees` about +Y and multiplies it by `gain`. Points have places in a scene and stay
-    /// as they are.
+    /// Turns everything distant by `degrees` about +Y and multiplies it by `gain`. Points have places in a
+    /// scene and stay as they are.
     pub fn adjust(&mut self, degrees: f64, gain: f64) {
         let rotation = about_y(degrees);
         if let Some(e) = self.environment.take() {

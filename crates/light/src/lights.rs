@@ -4,8 +4,9 @@ use crate::Environment;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-/// The largest radiance (W sr⁻¹ m⁻²), irradiance or intensity that is computed with; of a sun it is some 1e7. Filters
-/// multiply it with lobes of up to 1e8 sr⁻¹ (`n` = 1e8, `alpha` = 1e-4) in single precision, which ends at 3.4e38.
+/// The largest radiance (W sr⁻¹ m⁻²), irradiance or intensity that is computed with; of a sun it is some 1e7.
+/// Filters multiply it with lobes of up to 1e8 sr⁻¹ (`n` = 1e8, `alpha` = 1e-4) in single precision, which
+/// ends at 3.4e38.
 pub const LARGEST: f64 = 1e30;
 
 /// Light that cannot be computed with.
@@ -74,8 +75,9 @@ pub struct Lights {
     pub directionals: Vec<DirectionalLight>,
     /// Point lights.
     pub points: Vec<PointLight>,
-    /// Distant lights whose straight light is shaded apart from the data that a technique makes of the others: of these the
-    /// data hold what surfaces reflect to each other, and techniques that know no reflections hold nothing.
+    /// Distant lights whose straight light is shaded apart from the data that a technique makes of the
+    /// others: of these the data hold what surfaces reflect to each other, and techniques that know no
+    /// reflections hold nothing.
     pub apart: Option<Arc<Lights>>,
 }
 

@@ -155,8 +155,8 @@ impl Scan {
     }
 }
 
-/// Part of the energy in the brightest `fraction` of the sphere; a bin's energy is shared evenly over its solid
-/// angle (within 4 %, the width of a bin).
+/// Part of the energy in the brightest `fraction` of the sphere; a bin's energy is shared evenly over its
+/// solid angle (within 4 %, the width of a bin).
 fn concentration(bins: &[(f64, f64)], fraction: f64, energy: f64) -> f64 {
     let mut left = fraction * 4.0 * std::f64::consts::PI;
     let mut sum = 0.0;

@@ -1,11 +1,12 @@
 //! Clustered principal components: points near a few affine subspaces.
 //!
-//! Kambhatla & Leen (1997), *Dimension Reduction by Local Principal Component Analysis*; Sloan, Hall, Hart & Snyder (2003),
-//! *Clustered Principal Components for Precomputed Radiance Transfer*. A point x of cluster k is μ_k + Σ_i w_i e_ki with
-//! orthonormal e_ki and w_i = ⟨x − μ_k, e_ki⟩. Two steps take turns, neither of which raises the squared error: each point
-//! goes to the cluster whose subspace is nearest, min ‖x − μ_k‖² − Σ w_i²; each cluster takes the mean and the first
-//! eigenvectors of the covariance of its points, which are the best affine subspace of them (Eckart & Young 1936). Without
-//! components this is vector quantisation (Linde, Buzo & Gray 1980); with one cluster it is PCA.
+//! Kambhatla & Leen (1997), *Dimension Reduction by Local Principal Component Analysis*; Sloan, Hall, Hart &
+//! Snyder (2003), *Clustered Principal Components for Precomputed Radiance Transfer*. A point x of cluster k
+//! is μ_k + Σ_i w_i e_ki with orthonormal e_ki and w_i = ⟨x − μ_k, e_ki⟩. Two steps take turns, neither of
+//! which raises the squared error: each point goes to the cluster whose subspace is nearest, min ‖x − μ_k‖² −
+//! Σ w_i²; each cluster takes the mean and the first eigenvectors of the covariance of its points, which are
+//! the best affine subspace of them (Eckart & Young 1936). Without components this is vector quantisation
+//! (Linde, Buzo & Gray 1980); with one cluster it is PCA.
 
 use crate::eigen;
 use steradian_parallel::prelude::*;
@@ -46,8 +47,8 @@ const STARTS: usize = 4;
 const DRAWN: usize = 16;
 
 impl Clusters {
-    /// The clusters of `points`, of `dimension` numbers each. The same bits whatever the number of threads. `task` is asked
-    /// between steps and may end the turns: what is there then is whole, but less good.
+    /// The clusters of `points`, of `dimension` numbers each. The same bits whatever the number of threads.
+    /// `task` is asked between steps and may end the turns: what is there then is whole, but less good.
     pub fn new(points: &[f32], dimension: usize, of: Settings, task: impl Fn() -> bool) -> Self {
         let count = points.len() / dimension.max(1);
         let clusters = of.clusters.clamp(1, count.max(1));
@@ -284,7 +285,8 @@ fn orthonormal(vectors: &mut [f64], d: usize, k: usize) {
     own.iter_mut().for_each(|x| *x *= scale);
 }
 
-/// Means to start from: points far from those that were drawn before them (Arthur & Vassilvitskii 2007, *k-means++*).
+/// Means to start from: points far from those that were drawn before them (Arthur & Vassilvitskii 2007,
+/// *k-means++*).
 fn starts(points: &[f32], d: usize, clusters: usize) -> Vec<f64> {
     let count = points.len() / d;
     let sample: Vec<usize> = {
@@ -362,7 +364,8 @@ mod tests {
         Clusters::new(points, d, Settings { clusters, components, rounds: 30 }, || true)
     }
 
-    /// One cluster is PCA: the mean squared error is the sum of the eigenvalues of the covariance that are left out.
+    /// One cluster is PCA: the mean squared error is the sum of the eigenvalues of the covariance that are
+    /// left out.
     #[test]
     fn one_cluster_leaves_the_eigenvalues_of_eckart_and_young() {
         let (n, d) = (300, 12);
@@ -382,7 +385,8 @@ mod tests {
         }
     }
 
-    /// Neither half of a turn raises the error, with many clusters and with empty ones, and every point is where it says.
+    /// Neither half of a turn raises the error, with many clusters and with empty ones, and every point is
+    /// where it says.
     #[test]
     fn the_error_never_rises() {
         for (n, d, clusters, components) in [(500, 9, 12, 2), (400, 30, 40, 3), (60, 8, 60, 1), (90, 5, 4, 0)]

@@ -7,8 +7,8 @@ pub struct Cholesky {
 }
 
 impl Cholesky {
-    /// The factor of a symmetric matrix, of which the lower triangle is read; `None` where it is not positive definite to
-    /// working accuracy.
+    /// The factor of a symmetric matrix, of which the lower triangle is read; `None` where it is not positive
+    /// definite to working accuracy.
     pub fn new(a: &[Vec<f64>]) -> Option<Self> {
         let n = a.len();
         let mut l = vec![vec![0.0; n]; n];
@@ -43,8 +43,8 @@ impl Cholesky {
     }
 }
 
-/// x of a x = b for every column of `b` (whose rows are those of `a`), by elimination with pivots (Gauss and Jordan).
-/// `None` where a pivot is at most `singular` times the largest entry.
+/// x of a x = b for every column of `b` (whose rows are those of `a`), by elimination with pivots (Gauss and
+/// Jordan). `None` where a pivot is at most `singular` times the largest entry.
 pub fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<Vec<f64>>, singular: f64) -> Option<Vec<Vec<f64>>> {
     let n = a.len();
     let scale = a.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));

@@ -3,11 +3,12 @@
 /// Steps for one eigenvalue at most; two are usual.
 const STEPS: usize = 60;
 
-/// Eigenvalues in descending order with their unit eigenvectors. The matrix is square, its lower triangle is not read.
+/// Eigenvalues in descending order with their unit eigenvectors. The matrix is square, its lower triangle is
+/// not read.
 ///
-/// Householder's reduction to three diagonals, then implicit QL steps with Wilkinson's shift (Golub & Van Loan, *Matrix
-/// Computations*, 8.3; Dubrulle, Martin & Wilkinson 1968). Errors are a few units in the last place of the largest
-/// eigenvalue.
+/// Householder's reduction to three diagonals, then implicit QL steps with Wilkinson's shift (Golub & Van
+/// Loan, *Matrix Computations*, 8.3; Dubrulle, Martin & Wilkinson 1968). Errors are a few units in the last
+/// place of the largest eigenvalue.
 pub fn symmetric(mut a: Vec<Vec<f64>>) -> Vec<(f64, Vec<f64>)> {
     let n = a.len();
     for i in 0..n {
@@ -43,7 +44,8 @@ pub fn symmetric(mut a: Vec<Vec<f64>>) -> Vec<(f64, Vec<f64>)> {
 fn tridiagonal(a: &mut [Vec<f64>], v: &mut [Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
     let n = a.len();
     let mut e = vec![0.0; n];
-    // Of a matrix of numbers near 1: far below what rounding leaves, and the square far above the smallest numbers.
+    // Of a matrix of numbers near 1: far below what rounding leaves, and the square far above the smallest
+    // numbers.
     let nothing = 1e-20;
     for k in 0..n.saturating_sub(1) {
         let first = a[k][k + 1];
@@ -53,7 +55,8 @@ fn tridiagonal(a: &mut [Vec<f64>], v: &mut [Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
             continue;
         }
         let square: f64 = a[k][k + 1..].iter().map(|x| x * x).sum();
-        // The mirror that takes what is beside the diagonal to `to` along the first axis: u the normal, not normalised.
+        // The mirror that takes what is beside the diagonal to `to` along the first axis: u the normal, not
+        // normalised.
         let to = -square.sqrt().copysign(first);
         e[k] = to;
         let mut u = a[k][k + 1..].to_vec();
@@ -139,7 +142,8 @@ mod tests {
             (0..n).map(|i| (0..n).map(|j| f(i, j)).collect()).collect()
         };
         for n in [0, 1, 2, 3, 12, 41] {
-            // Hilbert's matrix, whose eigenvalues fall to rounding; equal eigenvalues; nothing; rank one; three diagonals.
+            // Hilbert's matrix, whose eigenvalues fall to rounding; equal eigenvalues; nothing; rank one;
+            // three diagonals.
             hold(&made(n, &|i, j| 1.0 / (1.0 + (i + j) as f64)));
             hold(&made(n, &|i, j| f64::from(u8::from(i == j))));
             hold(&made(n, &|_, _| 0.0));

@@ -1,9 +1,10 @@
 //! Matrices as sums of products, every entry with a weight of its own.
 //!
-//! With weights that are no product of one of the row and one of the column the singular value decomposition is not the
-//! best approximation (Srebro & Jaakkola 2003, *Weighted Low-Rank Approximations*). Alternating least squares (Gabriel &
-//! Zamir 1979) is: with one side fixed the other one is a small linear system for each row, and no step raises the error.
-//! Terms are added one by one, each along what the others leave (Wang et al. 2014, *Orthogonal Rank-One Matrix Pursuit*).
+//! With weights that are no product of one of the row and one of the column the singular value decomposition
+//! is not the best approximation (Srebro & Jaakkola 2003, *Weighted Low-Rank Approximations*). Alternating
+//! least squares (Gabriel & Zamir 1979) is: with one side fixed the other one is a small linear system for
+//! each row, and no step raises the error. Terms are added one by one, each along what the others leave (Wang
+//! et al. 2014, *Orthogonal Rank-One Matrix Pursuit*).
 
 use crate::dense::Cholesky;
 use crate::matrix::Matrix;
@@ -68,8 +69,8 @@ impl Weighted {
         Factors { left: Vec::new(), right: vec![Vec::new(); self.weighted.len()], residual }
     }
 
-    /// One term more, along what `f` leaves: of w (M − Σ_k g_k h_k) over the roots of the weights of rows and columns the
-    /// first singular vector. Then all terms are improved as [`Weighted::improve`] does.
+    /// One term more, along what `f` leaves: of w (M − Σ_k g_k h_k) over the roots of the weights of rows and
+    /// columns the first singular vector. Then all terms are improved as [`Weighted::improve`] does.
     pub fn extend(&self, f: Factors, most: usize, accuracy: f64) -> Factors {
         let [r, c] =
             self.marginals.each_ref().map(|m| m.iter().map(|x| x.max(1e-300).sqrt()).collect::<Vec<_>>());
@@ -94,8 +95,8 @@ impl Weighted {
         if more.residual < f.residual { more } else { f }
     }
 
-    /// Improves factors that start from `left`, which is not empty, by alternating steps: at most `most`, fewer where one of
-    /// them lowers the residual by less than `accuracy` of itself.
+    /// Improves factors that start from `left`, which is not empty, by alternating steps: at most `most`,
+    /// fewer where one of them lowers the residual by less than `accuracy` of itself.
     pub fn improve(&self, left: Vec<Vec<f64>>, most: usize, accuracy: f64) -> Factors {
         let mut right = self.right(&left);
         let mut f = Factors { residual: self.residual(&right), left, right: right.1 };
@@ -204,7 +205,8 @@ mod tests {
         (0..n).map(|i| 1.0 + 0.5 * (i as f64 * seed).sin()).collect()
     }
 
-    /// Two products of which a part of the entries is missing are found again, missing entries and colours too.
+    /// Two products of which a part of the entries is missing are found again, missing entries and colours
+    /// too.
     #[test]
     fn planted_products_are_found_in_spite_of_missing_entries() {
         let (g, h) = ([vector(30, 0.7), vector(30, 1.9)], [vector(24, 0.4), vector(24, 2.3)]);
@@ -223,7 +225,8 @@ mod tests {
         }
     }
 
-    /// With equal weights the best factors are the singular vectors, and what is left is what the theorem says.
+    /// With equal weights the best factors are the singular vectors, and what is left is what the theorem
+    /// says.
     #[test]
     fn equal_weights_are_the_singular_value_decomposition() {
         let m = matrix(40, 25, |i, j| 1.0 / (1.0 + (i + 2 * j) as f64));

@@ -1,6 +1,7 @@
 //! Least squares of a sparse matrix, three channels at once.
 //!
-//! Paige & Saunders (1982), *LSQR: An Algorithm for Sparse Linear Equations and Sparse Least Squares*, ACM TOMS 8.
+//! Paige & Saunders (1982), *LSQR: An Algorithm for Sparse Linear Equations and Sparse Least Squares*, ACM
+//! TOMS 8.
 
 use std::sync::OnceLock;
 use steradian_parallel::prelude::*;
@@ -141,8 +142,8 @@ fn combine(x: &mut [Rgb], a: Rgb, y: &[Rgb], b: Rgb) {
     });
 }
 
-/// argmin ‖diag(weight)(A x − b)‖ per channel, columns scaled to norm 1; stops where the gradient has fallen below
-/// `accuracy` of what the residual allows, or after `most` steps. Returns x and the steps taken.
+/// argmin ‖diag(weight)(A x − b)‖ per channel, columns scaled to norm 1; stops where the gradient has fallen
+/// below `accuracy` of what the residual allows, or after `most` steps. Returns x and the steps taken.
 pub fn solve(a: &Sparse, weight: &[Rgb], b: &[Rgb], accuracy: f64, most: usize) -> (Vec<Rgb>, usize) {
     let scale: Vec<Rgb> = a.column_norms(weight).into_iter().map(|n| inverse(n.map(f64::sqrt))).collect();
     let times = |v: &[Rgb]| {

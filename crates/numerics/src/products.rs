@@ -1,9 +1,10 @@
 //! Positive functions as products of factors: sums in the logarithm, three channels at once.
 //!
-//! McCool, Ang & Ahmad (2001), *Homomorphic Factorization of BRDFs for High-Performance Rendering*: of samples v of a
-//! positive function, ln v ≈ A x with the logarithms x of the factors and one row of interpolation weights for each sample.
-//! Rows weigh v^power, so that with 1 the absolute error is minimised and with 0 the relative one; further rows, whose
-//! right-hand side is 0, keep the factors smooth. Gauss–Newton steps then minimise Σ (v^(power − 1)(e^(A x) − v))² itself.
+//! McCool, Ang & Ahmad (2001), *Homomorphic Factorization of BRDFs for High-Performance Rendering*: of
+//! samples v of a positive function, ln v ≈ A x with the logarithms x of the factors and one row of
+//! interpolation weights for each sample. Rows weigh v^power, so that with 1 the absolute error is minimised
+//! and with 0 the relative one; further rows, whose right-hand side is 0, keep the factors smooth.
+//! Gauss–Newton steps then minimise Σ (v^(power − 1)(e^(A x) − v))² itself.
 
 use crate::dense::Cholesky;
 use crate::lsqr::{Rgb, Sparse, solve};
@@ -37,7 +38,8 @@ pub struct Problem {
 const BLOCKS: usize = 16;
 /// Samples whose squares are summed apart.
 const SAMPLES: usize = 1 << 12;
-/// What is added to the diagonal of normal equations, over it: a factor that moves from one map to another changes nothing.
+/// What is added to the diagonal of normal equations, over it: a factor that moves from one map to another
+/// changes nothing.
 const RIDGE: f64 = 1e-11;
 
 /// A solution.
@@ -211,8 +213,8 @@ fn raised(x: f64, power: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A table of products of one number for each row and one for each column, sampled everywhere: found to rounding. With a
-    /// factor on one entry it is no product: steps after the first lower the absolute error.
+    /// A table of products of one number for each row and one for each column, sampled everywhere: found to
+    /// rounding. With a factor on one entry it is no product: steps after the first lower the absolute error.
     #[test]
     fn products_are_found_and_refined() {
         let (rows, columns) = (9usize, 7usize);

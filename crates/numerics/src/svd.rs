@@ -1,9 +1,9 @@
 //! The largest singular values of a dense matrix with their vectors.
 //!
-//! Golub & Kahan (1965) and Golub, Luk & Overton (1981): block Lanczos on A Aᵀ with full orthogonalisation, from a random
-//! block (Halko, Martinsson & Tropp 2011; Musco & Musco 2015 bound its error). Of an orthonormal basis Q of the columns of
-//! A Ω, A Aᵀ A Ω, … the part Qᵀ A has the singular values of A up to what the basis misses. Each step costs one product
-//! with A and one with Aᵀ.
+//! Golub & Kahan (1965) and Golub, Luk & Overton (1981): block Lanczos on A Aᵀ with full orthogonalisation,
+//! from a random block (Halko, Martinsson & Tropp 2011; Musco & Musco 2015 bound its error). Of an
+//! orthonormal basis Q of the columns of A Ω, A Aᵀ A Ω, … the part Qᵀ A has the singular values of A up to
+//! what the basis misses. Each step costs one product with A and one with Aᵀ.
 
 use crate::eigen;
 use crate::matrix::Matrix;
@@ -87,8 +87,8 @@ fn combination(x: &[Vec<f64>], w: &[f64]) -> Vec<f64> {
     out
 }
 
-/// The `count` largest singular values and their vectors, fewer where the rank is less. Steps go on until the squares of
-/// those values grow by less than `accuracy` of their sum.
+/// The `count` largest singular values and their vectors, fewer where the rank is less. Steps go on until the
+/// squares of those values grow by less than `accuracy` of their sum.
 pub fn leading(a: &Matrix, count: usize, accuracy: f64) -> Svd {
     let rank = a.rows().min(a.columns());
     let count = count.min(rank);

@@ -1,9 +1,9 @@
 //! Loops over all cores, with the names of rayon's parallel iterators and rayon's threads.
 //!
-//! rayon compiles its splitting and stealing anew for every loop, in every crate that instantiates it: some 7000 lines of
-//! LLVM's code each, which was a fifth to a third of the code of most crates. Here a loop is cut into blocks by
-//! generic code of a few lines, and what runs the blocks is compiled once ([`run`]). Results come in the order of their
-//! items, whatever thread computes them.
+//! rayon compiles its splitting and stealing anew for every loop, in every crate that instantiates it: some
+//! 7000 lines of LLVM's code each, which was a fifth to a third of the code of most crates. Here a loop is
+//! cut into blocks by generic code of a few lines, and what runs the blocks is compiled once ([`run`]).
+//! Results come in the order of their items, whatever thread computes them.
 
 mod adaptors;
 mod sources;
@@ -23,7 +23,8 @@ pub mod prelude {
     };
 }
 
-/// Blocks per thread: enough that threads end together where items cost differently, few enough to cost nothing.
+/// Blocks per thread: enough that threads end together where items cost differently, few enough to cost
+/// nothing.
 const BLOCKS: usize = 16;
 
 /// Items that a loop goes over, which can be cut in two.
@@ -178,7 +179,8 @@ impl<S: Source> Par<S> {
         C::from_items(self)
     }
 
-    /// The sum of exact numbers; those of floating point depend on where blocks end, and are better collected first.
+    /// The sum of exact numbers; those of floating point depend on where blocks end, and are better collected
+    /// first.
     pub fn sum<T: Send + std::iter::Sum<S::Item> + std::iter::Sum<T>>(self) -> T {
         self.blocks(|items| items.sum::<T>()).into_iter().sum()
     }

@@ -1,10 +1,10 @@
-//! Box mip levels against Phong of the same width: Kautz's course notes (2006) put N = 225 beside a bias of 2.25 and leave
-//! open "how much better cosine-lobe filtering vs. box-filtering is".
+//! Box mip levels against Phong of the same width: Kautz's course notes (2006) put N = 225 beside a bias of
+//! 2.25 and leave open "how much better cosine-lobe filtering vs. box-filtering is".
 //! `cargo bench -p steradian-prefilter --bench box_mip -- [LIGHT]`
 //!
-//! 256 rows of light. Errors are RMS over directions, relative to the exact map. For each size of the cube: the level of
-//! matched width, the level that is best in hindsight, and the error at a bias of 2.25. Then the other way round: given
-//! the box lookup, the Phong exponent that it is nearest to, and what is still left.
+//! 256 rows of light. Errors are RMS over directions, relative to the exact map. For each size of the cube:
+//! the level of matched width, the level that is best in hindsight, and the error at a bias of 2.25. Then the
+//! other way round: given the box lookup, the Phong exponent that it is nearest to, and what is still left.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

@@ -1,9 +1,10 @@
-//! The chain that engines load, from a light with a sun, and the irradiance cube: seconds and error per level.
-//! `cargo bench -p steradian-prefilter --bench chain -- [LIGHT]`
+//! The chain that engines load, from a light with a sun, and the irradiance cube: seconds and error per
+//! level. `cargo bench -p steradian-prefilter --bench chain -- [LIGHT]`
 //!
-//! 1024 rows of light (2048 × 1024; by default a sky with a sun of radiance 5e4 painted into it), GGX at the alphas of
-//! a five-level chain of 256² texels a face, on one thread. Errors are against the sum over all texels at 200 texels a
-//! level; brute force is that sum in double precision, timed at a few texels and scaled.
+//! 1024 rows of light (2048 × 1024; by default a sky with a sun of radiance 5e4 painted into it), GGX at the
+//! alphas of a five-level chain of 256² texels a face, on one thread. Errors are against the sum over all
+//! texels at 200 texels a level; brute force is that sum in double precision, timed at a few texels and
+//! scaled.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

@@ -1,8 +1,10 @@
-//! Figure 5.5 of Ramamoorthi & Hanrahan 2002: accuracy of an order F approximation of reflected light, and its
-//! estimates, for Phong s = 32 in Grace Cathedral. `cargo bench -p steradian-prefilter --bench fig_5_5 -- [LIGHT]`
+//! Figure 5.5 of Ramamoorthi & Hanrahan 2002: accuracy of an order F approximation of reflected light, and
+//! its estimates, for Phong s = 32 in Grace Cathedral.
+//! `cargo bench -p steradian-prefilter --bench fig_5_5 -- [LIGHT]`
 //!
-//! Without an argument the light is `environments/angular/grace_probe.hdr` of the data folder, else a made studio.
-//! Accuracy is 1 − ε, ε the part of the reflected energy that is left out: a mean over all directions.
+//! Without an argument the light is `environments/angular/grace_probe.hdr` of the data folder, else a made
+//! studio. Accuracy is 1 − ε, ε the part of the reflected energy that is left out: a mean over all
+//! directions.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

@@ -1,8 +1,9 @@
-//! Green, Kautz & Durand 2007, 5.1: "it only takes 4 seconds to perform an accurate convolution with a spherical
-//! Gaussian with σ = 1 degree (required SH-order: 325)", and the chain σ_{j+1} = 2σ_j of their cube map.
-//! `cargo bench -p steradian-prefilter --bench gkd07 -- [LIGHT]`
+//! Green, Kautz & Durand 2007, 5.1: "it only takes 4 seconds to perform an accurate convolution with a
+//! spherical Gaussian with σ = 1 degree (required SH-order: 325)", and the chain σ_{j+1} = 2σ_j of their cube
+//! map. `cargo bench -p steradian-prefilter --bench gkd07 -- [LIGHT]`
 //!
-//! 512 rows of light; level 0 a cube of 256² texels a face. The heat kernel exp(−l(l+1)σ²/2) is at 1e-7 at band 325.
+//! 512 rows of light; level 0 a cube of 256² texels a face. The heat kernel exp(−l(l+1)σ²/2) is at 1e-7 at
+//! band 325.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

@@ -1,8 +1,9 @@
-//! The named ways side by side: time, work, error against the sum over all texels, steps across edges; and as a picture.
-//! `cargo bench -p steradian-prefilter --bench methods -- [LIGHT [EXPONENT [SHEET.png]]]`
+//! The named ways side by side: time, work, error against the sum over all texels, steps across edges; and as
+//! a picture. `cargo bench -p steradian-prefilter --bench methods -- [LIGHT [EXPONENT [SHEET.png]]]`
 //!
-//! 256 rows of light, a cube of 64² texels a face, tolerance 1e-3, one thread; the default is the studio under Phong's
-//! N = 225. The sheet holds crosses of 128² texels a face, and below each its difference from the sum over all texels.
+//! 256 rows of light, a cube of 64² texels a face, tolerance 1e-3, one thread; the default is the studio
+//! under Phong's N = 225. The sheet holds crosses of 128² texels a face, and below each its difference from
+//! the sum over all texels.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -61,8 +62,8 @@ fn table(light: &Sampled, kernel: &Lobe, spec: &str, s: f64) {
     }
 }
 
-/// The steps between neighbours across the edges of the cube that the exact map does not have: their RMS over that of
-/// the map.
+/// The steps between neighbours across the edges of the cube that the exact map does not have: their RMS over
+/// that of the map.
 fn edge_step(cube: &SphereImage, truth: &SphereImage) -> f64 {
     let n = cube.width;
     let (mut steps, mut count) = (0.0, 0.0);

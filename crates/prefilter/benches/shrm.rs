@@ -1,8 +1,8 @@
-//! Spherical harmonic reflection maps beside Ramamoorthi & Hanrahan 2002, table 5.5: creation from 128 rows of light, and
-//! 100 explicit maps. `cargo bench -p steradian-prefilter --bench shrm -- [LIGHT]`
+//! Spherical harmonic reflection maps beside Ramamoorthi & Hanrahan 2002, table 5.5: creation from 128 rows
+//! of light, and 100 explicit maps. `cargo bench -p steradian-prefilter --bench shrm -- [LIGHT]`
 //!
-//! Plans are reused, coefficients of the reflectance given. Printed are processor time on one thread and the least
-//! time by the clock on two.
+//! Plans are reused, coefficients of the reflectance given. Printed are processor time on one thread and the
+//! least time by the clock on two.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -94,7 +94,8 @@ fn times<R: Send>(f: impl Fn() -> R + Sync) -> String {
     format!("{:.2}, {:.2}", one * 1e3, two * 1e3)
 }
 
-/// The paper's S ≈ 10 F (5.5.2): the error that bilinear interpolation adds to maps of Phong lobes, predicted.
+/// The paper's S ≈ 10 F (5.5.2): the error that bilinear interpolation adds to maps of Phong lobes,
+/// predicted.
 fn resolutions(image: &SphereImage) {
     println!(
         "\nbilinear error of a map of Phong's lobe to its order F = 1 + sqrt(6 s), relative RMS, predicted"

@@ -1,8 +1,9 @@
 //! Table 5.3 of Ramamoorthi & Hanrahan 2002, its row for radially symmetric reflectance: how costs grow.
 //! `cargo bench -p steradian-prefilter --bench table_5_3`
 //!
-//! Angular W S_L² S_B², frequency F S_B² (with S_L ~ S_B), rows against rows F S_L S_B. Printed is the measured
-//! exponent p of time ~ x^p between two settings, of S_L, S_B and Phong's s in turn (W ~ 1/s and F ~ √s).
+//! Angular W S_L² S_B², frequency F S_B² (with S_L ~ S_B), rows against rows F S_L S_B. Printed is the
+//! measured exponent p of time ~ x^p between two settings, of S_L, S_B and Phong's s in turn (W ~ 1/s and F ~
+//! √s).
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

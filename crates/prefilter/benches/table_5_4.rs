@@ -1,9 +1,9 @@
-//! Table 5.4 of Ramamoorthi & Hanrahan 2002: Phong maps in angular and in frequency space, and where they cross.
-//! `cargo bench -p steradian-prefilter --bench table_5_4 -- [LIGHT]`
+//! Table 5.4 of Ramamoorthi & Hanrahan 2002: Phong maps in angular and in frequency space, and where they
+//! cross. `cargo bench -p steradian-prefilter --bench table_5_4 -- [LIGHT]`
 //!
-//! 128 rows of light (256 × 128), a map of 128 × 128 texels, one thread. The paper's settings first: the angular way
-//! cut at ε = 0.05, orders F = 1 + √(6 s); then all ways to the same relative RMS error of 1e-3, measured against the sum
-//! over all texels. The light is analysed anew for every map.
+//! 128 rows of light (256 × 128), a map of 128 × 128 texels, one thread. The paper's settings first: the
+//! angular way cut at ε = 0.05, orders F = 1 + √(6 s); then all ways to the same relative RMS error of 1e-3,
+//! measured against the sum over all texels. The light is analysed anew for every map.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

@@ -1,12 +1,12 @@
-//! Table 5.5 of Ramamoorthi & Hanrahan 2002: the microfacet reflectance 5.34 in angular and in frequency space.
-//! `cargo bench -p steradian-prefilter --bench table_5_5 -- [LIGHT]`
+//! Table 5.5 of Ramamoorthi & Hanrahan 2002: the microfacet reflectance 5.34 in angular and in frequency
+//! space. `cargo bench -p steradian-prefilter --bench table_5_5 -- [LIGHT]`
 //!
-//! 128 rows of light (256 × 128), maps of 128 × 128 texels, T × T = 100 directions of the viewer about the mirror
-//! direction, one thread. Frequency space is timed whole: analysis of the light, maps, all 100 explicit maps; the
-//! reflectance's coefficients are computed once and timed apart. Angular space, for each texel of each map, sums the
-//! light's texels that lie in the lobe (2·1.73 σ about the mirror direction: 95 % of it, the paper's cut, ε = 0.05):
-//! it is timed on a sample of texels of all maps and scaled. The difference of the two, without the cut, is RMS over
-//! the sample, relative.
+//! 128 rows of light (256 × 128), maps of 128 × 128 texels, T × T = 100 directions of the viewer about the
+//! mirror direction, one thread. Frequency space is timed whole: analysis of the light, maps, all 100
+//! explicit maps; the reflectance's coefficients are computed once and timed apart. Angular space, for each
+//! texel of each map, sums the light's texels that lie in the lobe (2·1.73 σ about the mirror direction: 95 %
+//! of it, the paper's cut, ε = 0.05): it is timed on a sample of texels of all maps and scaled. The
+//! difference of the two, without the cut, is RMS over the sample, relative.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -22,8 +22,8 @@ use steradian_prefilter::shrm::{CoefficientMaps, Grid, Plan, Term, explicit, fra
 use steradian_sphere::sh::{self, ColumnsRgb, ShTransform};
 use steradian_sphere::{Layout, SphereImage};
 
-/// σ, F, P; angular seconds for 100 maps, frequency seconds for all and for the reflection maps alone, on a 1.4 GHz
-/// Pentium 4.
+/// σ, F, P; angular seconds for 100 maps, frequency seconds for all and for the reflection maps alone, on a
+/// 1.4 GHz Pentium 4.
 const PAPER: [(f64, usize, usize, [f64; 3]); 5] = [
     (0.1, 24, 3, [923.0, 2.70, 1.55]),
     (0.2, 12, 2, [2744.0, 1.55, 0.72]),

@@ -1,4 +1,5 @@
-//! Milliseconds and evaluations per point of the reference, at 1024 × 512, for models, lobe widths and angles.
+//! Milliseconds and evaluations per point of the reference, at 1024 × 512, for models, lobe widths and
+//! angles.
 #![allow(clippy::print_stdout)]
 
 use glam::DVec3;

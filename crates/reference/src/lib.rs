@@ -1,5 +1,5 @@
-//! The reference: adaptive quadrature of the lighting integral ([`Reference`]), and path tracing where there is
-//! visibility ([`path`]).
+//! The reference: adaptive quadrature of the lighting integral ([`Reference`]), and path tracing where there
+//! is visibility ([`path`]).
 
 pub mod path;
 mod quadrature;

@@ -81,8 +81,8 @@ fn an_open_point_agrees_with_the_reference() {
     }
 }
 
-/// The inside of a ball of albedo ρ with a point light at its centre: every point receives E = I/R² from it, and
-/// reflects ρE/π (1 + ρ + ρ² + …).
+/// The inside of a ball of albedo ρ with a point light at its centre: every point receives E = I/R² from it,
+/// and reflects ρE/π (1 + ρ + ρ² + …).
 #[test]
 fn an_integrating_sphere_sums_its_series() {
     let mut mesh: Mesh = shapes::sphere(64);

@@ -1,4 +1,5 @@
-//! Photographs of surfaces that repeat: against the reflectance itself, closed forms of grooves, and themselves shifted.
+//! Photographs of surfaces that repeat: against the reflectance itself, closed forms of grooves, and
+//! themselves shifted.
 
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
@@ -81,9 +82,9 @@ fn a_plane_shows_its_reflectance_from_everywhere() {
     }
 }
 
-/// Walls of 45°, up and down: lit from above each wall has the irradiance cos 45°, and sees the other one with the form factor
-/// 1 − sin 45°. A light at 45° along x lights one wall fully, head on, and leaves the other one dark, whatever the number of periods that its
-/// rays cross.
+/// Walls of 45°, up and down: lit from above each wall has the irradiance cos 45°, and sees the other one
+/// with the form factor 1 − sin 45°. A light at 45° along x lights one wall fully, head on, and leaves the
+/// other one dark, whatever the number of periods that its rays cross.
 #[test]
 fn grooves_have_their_closed_form() {
     let mesh = field(2, false, |i, _| i as f64);
@@ -113,8 +114,8 @@ fn rocks(i: usize, j: usize) -> f64 {
         + 3.0 * f64::from(u8::from((i * 5 + j * 3).is_multiple_of(11)))
 }
 
-/// Where a period begins makes no difference: pictures of a shifted surface are shifted pictures, with grazing rays that cross many
-/// periods; and threads change no bit.
+/// Where a period begins makes no difference: pictures of a shifted surface are shifted pictures, with
+/// grazing rays that cross many periods; and threads change no bit.
 #[test]
 fn a_period_begins_anywhere() {
     let at = |t: f64, p: f64| DVec3::new(t.sin() * p.cos(), t.sin() * p.sin(), t.cos());

@@ -24,7 +24,8 @@ fn points(sun: DVec3) -> Vec<ReferencePoint> {
     out
 }
 
-/// Relative RMS difference over points of the radiance under both lights, at most `bound` for every width of the lobe.
+/// Relative RMS difference over points of the radiance under both lights, at most `bound` for every width of
+/// the lobe.
 #[test]
 fn sunless_and_disks_light_as_the_original() {
     let task = Task::quiet();

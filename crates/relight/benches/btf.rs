@@ -1,5 +1,6 @@
-//! How long bidirectional texture functions take to become small: 81 views and 81 lights of bumps that hide each other, roughly, by formula.
-//! The side is 64 texels, or what `BTF_SIDE` says. `cargo bench -p steradian-relight --bench btf`
+//! How long bidirectional texture functions take to become small: 81 views and 81 lights of bumps that hide
+//! each other, roughly, by formula. The side is 64 texels, or what `BTF_SIDE` says.
+//! `cargo bench -p steradian-relight --bench btf`
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

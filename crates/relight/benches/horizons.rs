@@ -1,9 +1,10 @@
-//! How fast the horizons of a height map come, 256 × 256 texels at 64 azimuths, and the links along which its texels see each
-//! other, 64 directions about the normal: seconds by the clock.
+//! How fast the horizons of a height map come, 256 × 256 texels at 64 azimuths, and the links along which its
+//! texels see each other, 64 directions about the normal: seconds by the clock.
 //! `cargo bench -p steradian-relight`
 //!
-//! The baseline looks at every crossing of a line with the surface's edges as far as any height can matter. The heights are
-//! blocks by formula and, where there are real data (`STERADIAN_DATA`), rocks and stones of a relief of 8 %. Least of five runs.
+//! The baseline looks at every crossing of a line with the surface's edges as far as any height can matter.
+//! The heights are blocks by formula and, where there are real data (`STERADIAN_DATA`), rocks and stones of a
+//! relief of 8 %. Least of five runs.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

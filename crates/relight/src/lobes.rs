@@ -1,13 +1,15 @@
 //! Generalised cosine lobes fitted to what a texel shows from many views under many lights.
 //!
-//! McAllister, Lastra & Heidrich (2002), *Efficient Rendering of Spatial Bi-directional Reflectance Distribution Functions*;
-//! Lafortune, Foo, Torrance & Greenberg (1997), *Non-Linear Approximation of Reflectance Functions*:
+//! McAllister, Lastra & Heidrich (2002), *Efficient Rendering of Spatial Bi-directional Reflectance
+//! Distribution Functions*; Lafortune, Foo, Torrance & Greenberg (1997), *Non-Linear Approximation of
+//! Reflectance Functions*:
 //!
 //! > f = ρ_d/π + Σ_k ρ_k ((C_k ∘ v)·l)₊^n_k
 //!
-//! by least squares of f · ⟨n·l⟩. C and n are the same in red, green and blue, ρ is not. The factors ρ ≥ 0 are linear and are found exactly
-//! for each C and n that is tried (Golub & Pereyra 1973); these follow by damped Gauss–Newton steps (Levenberg 1944; Marquardt 1963)
-//! from the best of a few starts, lobe after lobe, then together. Only ρ max|C|ⁿ is determined, so that max|C| = 1.
+//! by least squares of f · ⟨n·l⟩. C and n are the same in red, green and blue, ρ is not. The factors ρ ≥ 0
+//! are linear and are found exactly for each C and n that is tried (Golub & Pereyra 1973); these follow by
+//! damped Gauss–Newton steps (Levenberg 1944; Marquardt 1963) from the best of a few starts, lobe after lobe,
+//! then together. Only ρ max|C|ⁿ is determined, so that max|C| = 1.
 
 use crate::btf::Btf;
 use glam::DVec3;
@@ -41,12 +43,13 @@ const EXPONENTS: [f64; 2] = [0.5, 1e4];
 /// Steps at most, and the part of the squared error below which the last one ends it.
 const STEPS: usize = 60;
 const GAIN: f64 = 1e-9;
-/// Part of a lobe's peak that one pair has to see. (Of a lobe that six lights and views hardly met factors beyond 1e38 came.)
+/// Part of a lobe's peak that one pair has to see. (Of a lobe that six lights and views hardly met factors
+/// beyond 1e38 came.)
 const SEEN: f64 = 1e-3;
 /// What derivatives are differences over.
 const DELTA: f64 = 1e-5;
-/// Exponents and directions of C that fits start from: about the mirror direction, nearer to the horizon and to the normal, stretched
-/// either way, and back to the light.
+/// Exponents and directions of C that fits start from: about the mirror direction, nearer to the horizon and
+/// to the normal, stretched either way, and back to the light.
 const STARTS: [f64; 3] = [4.0, 20.0, 100.0];
 const AXES: [[f64; 3]; 6] = [
     [-1.0, -1.0, 1.0],
@@ -93,7 +96,8 @@ impl Pairs {
         Self { all: pairs.into_iter().map(|(v, l)| (v * l, l.z)).collect() }
     }
 
-    /// The lobe at all pairs; zeros where none sees more than [`SEEN`] of it, which says nothing of its factor.
+    /// The lobe at all pairs; zeros where none sees more than [`SEEN`] of it, which says nothing of its
+    /// factor.
     fn column(&self, s: Shape) -> Vec<f64> {
         let (c, n) = (scaled(axis(s)), exponent(s));
         let mut all: Vec<f64> = self.all.iter().map(|(p, z)| c.dot(*p).max(0.0).powf(n) * z).collect();
@@ -251,8 +255,8 @@ fn start([x, y, z]: [f64; 3], n: f64) -> Shape {
     [c.z.acos(), c.y.atan2(c.x), n.ln()]
 }
 
-/// The lobes of every texel of a bidirectional texture function. `go_on` is asked before each; `None` once it says no. The same bits
-/// whatever the number of threads.
+/// The lobes of every texel of a bidirectional texture function. `go_on` is asked before each; `None` once it
+/// says no. The same bits whatever the number of threads.
 pub fn of_btf(of: &Btf, lobes: usize, go_on: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Texel>> {
     let (views, lights) = (of.views(), of.lights());
     let pairs = Pairs::new(views.iter().flat_map(|v| lights.iter().map(|l| (*v, *l))));
@@ -299,7 +303,8 @@ mod tests {
         Texel { rho_d, lobes: lobes.iter().map(lobe).collect(), squares: [0.0; 2] }
     }
 
-    /// Planted lobes come back to 1e-4: Phong's, off-specular, anisotropic and backward ones, and two at once.
+    /// Planted lobes come back to 1e-4: Phong's, off-specular, anisotropic and backward ones, and two at
+    /// once.
     #[test]
     fn planted_lobes_are_recovered() {
         let all = spread(41);
@@ -343,7 +348,8 @@ mod tests {
         }
     }
 
-    /// Texel by texel from pictures; a surface without a lobe has none; whatever is shown, more lobes do not err more.
+    /// Texel by texel from pictures; a surface without a lobe has none; whatever is shown, more lobes do not
+    /// err more.
     #[test]
     fn pictures_become_lobes_texel_by_texel() {
         let all = spread(21);

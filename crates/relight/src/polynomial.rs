@@ -1,14 +1,16 @@
-//! Polynomial texture maps (Malzbender, Gelb & Wolters 2001, *Polynomial Texture Maps*) from photographs under known lights.
+//! Polynomial texture maps (Malzbender, Gelb & Wolters 2001, *Polynomial Texture Maps*) from photographs
+//! under known lights.
 //!
 //! A texel's luminance under a light of unit direction l is,
 //!
 //! > L(u, v) = a₀u² + a₁v² + a₂uv + a₃u + a₄v + a₅,  (u, v) = (l·t, l·b),
 //!
-//! x to the right of the photograph, y up, z to the camera. The coefficients are those of least squares; the rule
-//! that takes the values under all lights to them is the same for every texel, so that photographs are taken one by one.
+//! x to the right of the photograph, y up, z to the camera. The coefficients are those of least squares; the
+//! rule that takes the values under all lights to them is the same for every texel, so that photographs are
+//! taken one by one.
 //!
-//! In place of the six there may be the 9 or 16 real spherical harmonics up to order 2 or 3 ([`Basis`]): as z² = 1 − u² − v², the six are
-//! among the nine, which add z, uz and vz.
+//! In place of the six there may be the 9 or 16 real spherical harmonics up to order 2 or 3 ([`Basis`]): as
+//! z² = 1 − u² − v², the six are among the nine, which add z, uz and vz.
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4};
@@ -19,8 +21,8 @@ use steradian_parallel::prelude::*;
 const TERMS: usize = 6;
 /// Numbers of spherical harmonics up to order 2 and 3.
 const HARMONICS: [usize; 2] = [9, 16];
-/// Largest ratio of singular values of the lights' polynomials: beyond it the coefficients are mostly rounding of 8-bit
-/// photographs.
+/// Largest ratio of singular values of the lights' polynomials: beyond it the coefficients are mostly
+/// rounding of 8-bit photographs.
 const MAX_CONDITION: f64 = 1e5;
 /// Weights of linear Rec. 709 red, green and blue in luminance.
 pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
@@ -158,7 +160,8 @@ impl<const N: usize> Fit<N> {
         let pairs = eigen::symmetric((0..N).map(|i| (0..N).map(|j| gram(i, j)).collect()).collect());
         let (most, least) = (pairs[0].0, pairs[N - 1].0.max(0.0));
         let condition = (most / least).sqrt();
-        // Squares of singular values are known to rounding of the largest: far beyond the bound they are noise.
+        // Squares of singular values are known to rounding of the largest: far beyond the bound they are
+        // noise.
         if condition.is_nan() || condition > MAX_CONDITION {
             return Err(FitError::Conic(condition));
         }
@@ -206,8 +209,8 @@ struct Sums<const N: usize> {
     color: Vec<[f32; 3]>,
 }
 
-/// Polynomials of luminance and the colour that they scale, photograph by photograph: 60 bytes a texel of six coefficients,
-/// whatever the number of photographs.
+/// Polynomials of luminance and the colour that they scale, photograph by photograph: 60 bytes a texel of six
+/// coefficients, whatever the number of photographs.
 pub struct Photographs<'a, const N: usize = TERMS> {
     fit: &'a Fit<N>,
     blocks: Vec<Sums<N>>,
@@ -258,8 +261,9 @@ impl<'a, const N: usize> Photographs<'a, N> {
         Ok(())
     }
 
-    /// The texels, once every light has its photograph. A colour is the sum over all photographs, its largest channel 255;
-    /// polynomials are in units of which white is 255, such that polynomial · colour / 255 is the radiance.
+    /// The texels, once every light has its photograph. A colour is the sum over all photographs, its largest
+    /// channel 255; polynomials are in units of which white is 255, such that polynomial · colour / 255 is
+    /// the radiance.
     ///
     /// # Panics
     /// If photographs are missing.
@@ -289,9 +293,9 @@ pub fn evaluate<const N: usize>(a: &[f64; N], l: DVec3) -> f64 {
     a.iter().zip(terms::<N>(l)).map(|(a, t)| a * t).sum()
 }
 
-/// The direction of the light above the surface under which a texel is brightest, by any basis; `None` for a constant. Of the
-/// biquadratic it is [`normal`]; of harmonics, which may have several maxima, the best of three
-/// searches in halved steps from the brightest of 97 directions that lie apart.
+/// The direction of the light above the surface under which a texel is brightest, by any basis; `None` for a
+/// constant. Of the biquadratic it is [`normal`]; of harmonics, which may have several maxima, the best of
+/// three searches in halved steps from the brightest of 97 directions that lie apart.
 pub fn brightest<const N: usize>(a: &[f64; N]) -> Option<DVec3> {
     if let Ok(six) = <&[f64; TERMS]>::try_from(a.as_slice()) {
         return normal(six);
@@ -337,9 +341,9 @@ pub fn brightest<const N: usize>(a: &[f64; N]) -> Option<DVec3> {
     Some(direction(at))
 }
 
-/// The direction of the light under which a texel is brightest, which Malzbender, Gelb & Wolters take for its normal,
-/// or `None` for a constant. Where the polynomial has no maximum within the unit disk, the brightest point of its
-/// rim: found among 64 and refined by Newton's steps.
+/// The direction of the light under which a texel is brightest, which Malzbender, Gelb & Wolters take for its
+/// normal, or `None` for a constant. Where the polynomial has no maximum within the unit disk, the brightest
+/// point of its rim: found among 64 and refined by Newton's steps.
 pub fn normal(a: &[f64; TERMS]) -> Option<DVec3> {
     let [uu, vv, uv, u, v, _] = *a;
     let size = a[..5].iter().fold(0.0f64, |m, x| m.max(x.abs()));
@@ -421,7 +425,8 @@ mod tests {
         }
     }
 
-    /// Harmonics have the cosine among them: Lambert seen from above is recovered, and facets are followed more closely.
+    /// Harmonics have the cosine among them: Lambert seen from above is recovered, and facets are followed
+    /// more closely.
     #[test]
     fn normals_by_harmonics_are_less_biased() {
         fn biases<const N: usize>(want: [(f64, f64, f64); 4]) {
@@ -455,7 +460,8 @@ mod tests {
             let six = [-0.4, -0.7, 0.2, 0.3, -0.1, 0.9];
             let all = fit.coefficients(lights.iter().map(|l| evaluate(&six, *l)));
             assert!(hemisphere(100).iter().all(|l| (evaluate(&all, *l) - evaluate(&six, *l)).abs() < 1e-10));
-            // Orthonormal over the sphere: those of even order and those of odd order each over the hemisphere.
+            // Orthonormal over the sphere: those of even order and those of odd order each over the
+            // hemisphere.
             let all = hemisphere(20_000);
             let dot = |i: usize, j: usize| {
                 let sum: f64 = all.iter().map(|l| terms::<N>(*l)[i] * terms::<N>(*l)[j]).sum();
@@ -524,7 +530,8 @@ mod tests {
         assert!(matches!(Fit::<6>::new(&below), Err(FitError::Below(3, ..))));
     }
 
-    /// Photographs of one colour under lights give its polynomial and its colour; polynomial · colour / 255 is the radiance.
+    /// Photographs of one colour under lights give its polynomial and its colour; polynomial · colour / 255
+    /// is the radiance.
     #[test]
     fn photographs_become_polynomials_and_colours() {
         let lights = hemisphere(16);

@@ -22,10 +22,10 @@ pub struct Backdrop {
 }
 
 impl Backdrop {
-    /// The distant lights for pixels that subtend `footprint` radians: where texels are finer, they are averaged
-    /// over the pixel, so that nothing aliases; where they are coarser, lookups are bicubic within the range of the
-    /// nearest texels, since a cubic's negative lobes would draw dark rims around windows and lamps. A `footprint`
-    /// that is larger than the pixel blurs the environment.
+    /// The distant lights for pixels that subtend `footprint` radians: where texels are finer, they are
+    /// averaged over the pixel, so that nothing aliases; where they are coarser, lookups are bicubic within
+    /// the range of the nearest texels, since a cubic's negative lobes would draw dark rims around windows
+    /// and lamps. A `footprint` that is larger than the pixel blurs the environment.
     pub fn new(lights: &Lights, footprint: f64) -> Self {
         let image = lights.environment.as_ref().map(|e| filtered(&e.image, footprint));
         let disk = |d: &DiskLight| {

@@ -6,8 +6,8 @@ use steradian_scene::Camera;
 
 /// Linear Rec. 709 radiance and coverage, one plane each, rows from the top.
 ///
-/// Pixels that a surface covers in part hold the mix with whatever lies behind it; `alpha` says how much of the pixel the
-/// surfaces cover, and `background` what of the radiance is not theirs.
+/// Pixels that a surface covers in part hold the mix with whatever lies behind it; `alpha` says how much of
+/// the pixel the surfaces cover, and `background` what of the radiance is not theirs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Film {
     /// Pixels per row.
@@ -51,7 +51,8 @@ impl Film {
         [self.rgb[0][i], self.rgb[1][i], self.rgb[2][i]]
     }
 
-    /// Takes the background to be what a camera sees through the middle of each pixel, as far as no surface covers it.
+    /// Takes the background to be what a camera sees through the middle of each pixel, as far as no surface
+    /// covers it.
     pub fn set_background(&mut self, camera: &Camera, background: &Background) {
         let (width, height) = (self.width, self.height);
         for i in 0..self.len() {
@@ -62,8 +63,8 @@ impl Film {
         }
     }
 
-    /// What the surfaces add to each pixel and how much of it they cover, without the background: associated alpha, as
-    /// OpenEXR has it.
+    /// What the surfaces add to each pixel and how much of it they cover, without the background: associated
+    /// alpha, as OpenEXR has it.
     pub fn into_associated(mut self) -> Raster {
         for (plane, behind) in self.rgb.iter_mut().zip(&self.background) {
             plane.iter_mut().zip(behind).for_each(|(v, b)| *v -= b);

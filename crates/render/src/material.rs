@@ -1,8 +1,8 @@
 //! What a mesh file says of a material, as one reflectance and the textures that vary it.
 //!
-//! glTF's metallic-roughness becomes `dielectric`: a GGX layer over a diffuse base, whose albedo, f0 and alpha vary by
-//! texel ([`Colours::metallic`]); a material that is metal everywhere becomes `ggx`, and one of OBJ `lambert`, times its
-//! base colour. What is left out is said in words, never silently.
+//! glTF's metallic-roughness becomes `dielectric`: a GGX layer over a diffuse base, whose albedo, f0 and
+//! alpha vary by texel ([`Colours::metallic`]); a material that is metal everywhere becomes `ggx`, and one of
+//! OBJ `lambert`, times its base colour. What is left out is said in words, never silently.
 
 use std::sync::Arc;
 use steradian_brdf::{SharedBrdf, SpecError, parse};
@@ -83,8 +83,8 @@ impl FileMaterial {
         }
     }
 
-    /// What multiplies the reflected radiance: occlusion, and the base colour but where the material's `own` reflectance
-    /// has it in its layers.
+    /// What multiplies the reflected radiance: occlusion, and the base colour but where the material's `own`
+    /// reflectance has it in its layers.
     pub fn tint(&self, own: bool) -> Option<Arc<Texture>> {
         let layered = own && self.spec.starts_with("dielectric:");
         match (self.base_colour.as_ref().filter(|_| !layered), &self.occlusion) {

@@ -60,8 +60,8 @@ fn measure(name: &str, rays: &[Ray], baseline: Option<f64>, f: impl Fn(&Ray) -> 
     rate
 }
 
-/// The same work for another program (`scripts/embree-rays.py`): counts of vertices, triangles and rays as u32, then
-/// positions, indices, and origins and directions, all little-endian.
+/// The same work for another program (`scripts/embree-rays.py`): counts of vertices, triangles and rays as
+/// u32, then positions, indices, and origins and directions, all little-endian.
 fn dump(path: &std::path::Path, mesh: &Mesh, rays: &[Ray]) -> std::io::Result<()> {
     let mut bytes = Vec::new();
     for n in [mesh.positions.len(), mesh.triangles.len(), rays.len()] {

@@ -104,8 +104,8 @@ const MOST_POINTS: usize = 1 << 16;
 const STEPS: usize = 6;
 
 impl Framing {
-    /// The pinhole that sees the object with these points in the middle of the film, as near as its share allows; `None`
-    /// without points.
+    /// The pinhole that sees the object with these points in the middle of the film, as near as its share
+    /// allows; `None` without points.
     pub fn camera(&self, points: &[Vec3]) -> Option<Camera> {
         let first = *points.first()?;
         let (low, high) = points.iter().fold((first, first), |(l, h), p| (l.min(*p), h.max(*p)));

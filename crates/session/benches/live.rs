@@ -1,5 +1,6 @@
-//! How long a window waits for a change: milliseconds to the rebaked scene by [`Session::live`], of techniques that need no
-//! sites of a mesh, of an image of 2048 × 1024 texels with the time that its file takes; then milliseconds of pictures under a sun that moves with every one of them.
+//! How long a window waits for a change: milliseconds to the rebaked scene by [`Session::live`], of
+//! techniques that need no sites of a mesh, of an image of 2048 × 1024 texels with the time that its file
+//! takes; then milliseconds of pictures under a sun that moves with every one of them.
 //!
 //!     cargo bench -p steradian-session --features gpu --bench live
 //!     cargo bench -p steradian-session --features gpu --bench live -- split_sum shrm
@@ -110,8 +111,8 @@ fn summary(ms: &[f64]) -> String {
     format!("{mean:6.0} {:6.0}", ms.iter().copied().fold(0.0, f64::max))
 }
 
-/// Milliseconds from a moved sun to the picture under it: by preview bakes, and by filters on the GPU beside which the picture
-/// never waits.
+/// Milliseconds from a moved sun to the picture under it: by preview bakes, and by filters on the GPU beside
+/// which the picture never waits.
 fn moving(gpu: &Gpu, asked: &[String]) -> Result<(), Error> {
     println!(
         "\nmilliseconds a picture of {} x {} under a sun that moves, mean and largest",
@@ -170,8 +171,8 @@ fn session_light(k: usize) -> Result<Lights, Error> {
     Lights::of_sky(&sky(k), (256, 128)).map_err(Error::usage)
 }
 
-/// Milliseconds of pictures that leave 8 to the filters, the most pictures by which the light is late, and milliseconds
-/// of a picture that waits for it.
+/// Milliseconds of pictures that leave 8 to the filters, the most pictures by which the light is late, and
+/// milliseconds of a picture that waits for it.
 fn filtered(gpu: &Gpu, shown: &mut Drawn) -> Result<Option<(Vec<f64>, usize, f64)>, Error> {
     if shown.live.light_tables().is_err() {
         return Ok(None);

@@ -1,4 +1,5 @@
-//! The choice of a technique: the smallest error within a few processor seconds, among those that honour the material.
+//! The choice of a technique: the smallest error within a few processor seconds, among those that honour the
+//! material.
 
 use crate::choice::{Choice, Trial, Verdict};
 use crate::effort::{processor_seconds, within};
@@ -12,7 +13,8 @@ use steradian_brdf::{Brdf, Lobe};
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, Card};
 
-/// Processor seconds of all bakes among which a technique is chosen, where one of them is good, and where none is.
+/// Processor seconds of all bakes among which a technique is chosen, where one of them is good, and where
+/// none is.
 const BUDGETS: [f64; 2] = [6.0, 15.0];
 /// A technique that takes so many processor seconds at most is tried for its cheapness.
 const CHEAP: f64 = 1.0;
@@ -22,7 +24,8 @@ const INVISIBLE: f64 = 0.01;
 const USEFUL: f64 = 0.25;
 /// An error from which on the reference is worth a hint, and more time is spent on better techniques.
 const VISIBLE: f64 = 0.05;
-/// Views are grazing from so many degrees off the normal on, and silhouettes show an error there from so much on.
+/// Views are grazing from so many degrees off the normal on, and silhouettes show an error there from so much
+/// on.
 const GRAZING: f64 = 80.0;
 const SPECKS: f64 = 0.25;
 /// Widths of lobes that differ by this factor at most are alike.
@@ -49,8 +52,8 @@ pub struct Chosen {
     pub picture: Option<f64>,
     /// Why it was not, where it would have been.
     pub unmeasured: Option<&'static str>,
-    /// The largest error that the certificate states of grazing views, from 80° off the normal on, which silhouettes show as
-    /// rings and specks; where it is far larger than the others'.
+    /// The largest error that the certificate states of grazing views, from 80° off the normal on, which
+    /// silhouettes show as rings and specks; where it is far larger than the others'.
     pub grazing: Option<f64>,
     /// Was it the session that chose?
     pub automatic: bool,
@@ -137,8 +140,8 @@ impl Session {
         Ok(out)
     }
 
-    /// Bakes a material by its method, or by the technique that is chosen for it. Of a named method the error in this
-    /// picture is `measured` only where that is asked for.
+    /// Bakes a material by its method, or by the technique that is chosen for it. Of a named method the error
+    /// in this picture is `measured` only where that is asked for.
     pub(crate) fn prepare_or_choose(
         &self,
         scene: &Scene,
@@ -182,9 +185,9 @@ impl Session {
         }
     }
 
-    /// Without a tolerance the technique of the smallest error in this picture, with one the smallest data that meet it;
-    /// else the reference. Techniques that leave out what the material gives come last. The error over all views is measured
-    /// of the one that is taken alone, where the picture's decides.
+    /// Without a tolerance the technique of the smallest error in this picture, with one the smallest data
+    /// that meet it; else the reference. Techniques that leave out what the material gives come last. The
+    /// error over all views is measured of the one that is taken alone, where the picture's decides.
     fn choose(&self, m: &Material, under: Under<'_>, sample: &Sample<'_>) -> Result<Prepared, Error> {
         let start = processor_seconds();
         let mut best: Option<Candidate> = None;
@@ -310,9 +313,10 @@ fn grazing(c: &Certificate) -> Option<f64> {
     (worst > SPECKS && worst > 2.0 * c.error).then_some(worst)
 }
 
-/// The techniques that take a material, in the order in which they are tried: those made for its reflectance as they are
-/// listed; the cheapest of the others that errs least; then all, the last of the list first, which err least. Where nothing
-/// varies over the surface those made for the reflectance have to be cheap as well.
+/// The techniques that take a material, in the order in which they are tried: those made for its reflectance
+/// as they are listed; the cheapest of the others that errs least; then all, the last of the list first,
+/// which err least. Where nothing varies over the surface those made for the reflectance have to be cheap as
+/// well.
 fn candidates(m: &Material) -> Vec<&'static dyn AnyTechnique> {
     let takes =
         |t: &&'static dyn AnyTechnique| !t.card().needs.sites && (t.card().materials)(&*m.brdf).is_ok();
@@ -342,8 +346,8 @@ fn is_special(card: &Card) -> bool {
     models.len() <= 2
 }
 
-/// Is one of the technique's specimens of the same model, as isotropic, and about as sharp? Otherwise it takes the material as
-/// something else, a mirror for example.
+/// Is one of the technique's specimens of the same model, as isotropic, and about as sharp? Otherwise it
+/// takes the material as something else, a mirror for example.
 fn stands_for(card: &Card, brdf: &dyn Brdf) -> bool {
     let like = |b: &dyn Brdf| {
         let (a, b_) = (narrowest(b), narrowest(brdf));
@@ -419,7 +423,8 @@ mod tests {
         assert!(told.contains("not measured in this picture (its sample knows no shadows)"), "{told}");
     }
 
-    /// A picture of which the error was measured: the processor seconds that this may take are those of all tests that run beside.
+    /// A picture of which the error was measured: the processor seconds that this may take are those of all
+    /// tests that run beside.
     fn measured(session: &mut Session, scene: &Scene) -> (f64, crate::Picture) {
         let once = |_| {
             let (picture, _) = session.render(scene).expect("a picture").even_if_missed();
@@ -449,8 +454,8 @@ mod tests {
         assert!(shadowed > 0.5 * open && shadowed < 2.0 * open, "{open} {shadowed}");
     }
 
-    /// Against the reflectance of each point. A sample's pixels hold many squares, and averages over them would be off by tens
-    /// of per cent.
+    /// Against the reflectance of each point. A sample's pixels hold many squares, and averages over them
+    /// would be off by tens of per cent.
     #[test]
     fn the_error_of_pictures_with_data_per_texel_is_measured() {
         let mut session = Session::new();

@@ -26,15 +26,15 @@ const BESIDE: &str = " + ";
 pub struct Plan {
     /// Relative error of the reference at each sample.
     pub reference_tolerance: f64,
-    /// Is the reference the path tracer ([`Session::paths`]), with shadows and light from surface to surface? Its noise is
-    /// taken off relative RMS errors.
+    /// Is the reference the path tracer ([`Session::paths`]), with shadows and light from surface to surface?
+    /// Its noise is taken off relative RMS errors.
     pub paths: bool,
     /// Exposure value on top of the automatic one.
     pub ev: f32,
 }
 
-/// How hard the reference tries at each point: to a relative error as it estimates it, and with so many evaluations of the
-/// reflectance at most, whatever it then estimates.
+/// How hard the reference tries at each point: to a relative error as it estimates it, and with so many
+/// evaluations of the reflectance at most, whatever it then estimates.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
     pub tolerance: f64,
@@ -42,7 +42,8 @@ pub(crate) struct Effort {
 }
 
 impl Effort {
-    /// Pixels a side of the picture that tells what an effort is worth, and by how much more that is tried there.
+    /// Pixels a side of the picture that tells what an effort is worth, and by how much more that is tried
+    /// there.
     const SIDE: usize = 20;
     const FINER: u64 = 5;
 
@@ -59,7 +60,8 @@ pub struct Rendering {
     pub backend: &'static str,
     /// Tone-mapped.
     pub picture: Display,
-    /// Errors of radiance and mean FLIP over the pixels that the mesh covers; `None` for the reference itself.
+    /// Errors of radiance and mean FLIP over the pixels that the mesh covers; `None` for the reference
+    /// itself.
     pub errors: Option<(Errors, f64)>,
     /// Where the picture differs from the reference (FLIP); `None` for the reference itself.
     pub difference: Option<Display>,
@@ -153,9 +155,9 @@ pub(crate) struct Subject<'a> {
 }
 
 impl Session {
-    /// The reference's picture of a scene first, then each technique's on each renderer: a technique shades those
-    /// materials that it takes, the reference the others. The materials' own techniques are not looked at. Where the scene
-    /// asks for an accuracy, the relative RMS errors of all pictures are held against it.
+    /// The reference's picture of a scene first, then each technique's on each renderer: a technique shades
+    /// those materials that it takes, the reference the others. The materials' own techniques are not looked
+    /// at. Where the scene asks for an accuracy, the relative RMS errors of all pictures are held against it.
     pub fn compare(
         &self,
         scene: &Scene,
@@ -231,10 +233,10 @@ impl Session {
         Ok((truth, answer))
     }
 
-    /// The reference's picture of a scene's first material by a limited effort, and what that effort is worth: its relative
-    /// RMS distance from five times the effort, measured at the points of a small picture. What the reference itself estimates
-    /// adds up errors of many cells that largely cancel: of tabulated reflectance, which has a crease at every cell, 10 to 1000
-    /// times as much.
+    /// The reference's picture of a scene's first material by a limited effort, and what that effort is
+    /// worth: its relative RMS distance from five times the effort, measured at the points of a small
+    /// picture. What the reference itself estimates adds up errors of many cells that largely cancel: of
+    /// tabulated reflectance, which has a crease at every cell, 10 to 1000 times as much.
     pub(crate) fn true_picture_by(&self, case: &Subject<'_>, effort: Effort) -> Result<(Truth, f64), Error> {
         let reference = Reference::new(&case.lights, Lookup::Bilinear, &self.task)?;
         let film = |e: Effort, settings: Settings| -> Result<Film, Error> {
@@ -317,7 +319,8 @@ impl Session {
         Ok(())
     }
 
-    /// Bakes `method` for the materials that it takes and the reference for the others; fails where it takes none.
+    /// Bakes `method` for the materials that it takes and the reference for the others; fails where it takes
+    /// none.
     fn prepare_by(&self, case: &Subject<'_>, method: &Method, plan: &Plan) -> Result<Vec<Prepared>, Error> {
         let one = |m: &Material, method: &Method| {
             let tolerance = match method {

@@ -1,4 +1,5 @@
-//! The first picture, from nothing but formulas: one scene as engines shade it, as this library does, and as it is.
+//! The first picture, from nothing but formulas: one scene as engines shade it, as this library does, and as
+//! it is.
 
 use crate::compare::{Answer, Plan, Rendering};
 use crate::{Error, Material, Method, Renderer, Scene, Session, Shadows};

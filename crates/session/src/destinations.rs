@@ -1,4 +1,5 @@
-//! Where outputs go, looked at before any work: a destination that cannot be written leaves nothing half done.
+//! Where outputs go, looked at before any work: a destination that cannot be written leaves nothing half
+//! done.
 
 use crate::Error;
 use std::path::{Path, PathBuf};
@@ -71,15 +72,16 @@ impl Destinations {
 /// Under which key a texture says what light it was made from.
 pub const LIGHT_KEY: &str = "steradian.light";
 
-/// What stands for a light in the metadata of what is made from it: its name, and of a file the hash of what it holds.
+/// What stands for a light in the metadata of what is made from it: its name, and of a file the hash of what
+/// it holds.
 pub fn light_mark(spec: &str) -> String {
     let path = Path::new(spec);
     let hashed = if path.is_file() { Input::of_file(path).ok() } else { None };
     hashed.map_or_else(|| without_folders(spec), |i| format!("{} sha256:{}", i.name, i.sha256))
 }
 
-/// Refuses to replace the texture at `path` where it was made from another light than `mark` stands for, or does not say
-/// from which. A file that is not there is not replaced.
+/// Refuses to replace the texture at `path` where it was made from another light than `mark` stands for, or
+/// does not say from which. A file that is not there is not replaced.
 pub fn check_replaced(path: &Path, mark: &str, limits: &Limits) -> Result<(), Error> {
     let Some(container) = Container::of_file(path) else { return Ok(()) };
     let texture = container.read(path, limits)?;

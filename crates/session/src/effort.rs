@@ -1,4 +1,5 @@
-//! Work that is held to a number of processor seconds: a busy machine takes longer over it and decides nothing else.
+//! Work that is held to a number of processor seconds: a busy machine takes longer over it and decides
+//! nothing else.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,8 +24,8 @@ pub(crate) fn processor_seconds() -> f64 {
     START.get_or_init(std::time::Instant::now).elapsed().as_secs_f64()
 }
 
-/// What `work` gives under a task that is stopped once the process has taken so many `seconds` of its processors, or when
-/// `task` is; and the seconds taken.
+/// What `work` gives under a task that is stopped once the process has taken so many `seconds` of its
+/// processors, or when `task` is; and the seconds taken.
 pub(crate) fn within<T>(task: &Task, seconds: f64, work: impl FnOnce(&Task) -> T) -> (T, f64) {
     let start = processor_seconds();
     let stop = Arc::new(AtomicBool::new(false));

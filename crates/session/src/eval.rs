@@ -61,8 +61,8 @@ pub struct Request {
     pub params: ParamValues,
     /// The technique for directional and point lights; `None` shades them exactly.
     pub local: Option<Local>,
-    /// Relative error asked for: of each point by the reference (usually 1e-4), in the RMS over normals and views by a
-    /// technique.
+    /// Relative error asked for: of each point by the reference (usually 1e-4), in the RMS over normals and
+    /// views by a technique.
     pub tolerance: Option<f64>,
     /// How the reference reads texels; techniques fix their own lookup.
     pub lookup: Option<Lookup>,
@@ -97,8 +97,8 @@ impl Request {
 pub struct Answers {
     /// Radiance and relative error of each point.
     pub rows: Vec<([f64; 3], f64)>,
-    /// The error that a tolerance speaks of: the largest of the points for the reference, the RMS over normals and views
-    /// for a technique.
+    /// The error that a tolerance speaks of: the largest of the points for the reference, the RMS over
+    /// normals and views for a technique.
     pub error: f64,
     /// What a technique certifies.
     pub certificate: Option<Certificate>,
@@ -359,7 +359,8 @@ pub fn shortest(v: f32) -> f64 {
     v.to_string().parse().unwrap_or(f64::from(v))
 }
 
-/// The points that are shaded at once: all, or for techniques that prepare a frame those of one direction of view.
+/// The points that are shaded at once: all, or for techniques that prepare a frame those of one direction of
+/// view.
 fn batches(bake: &dyn AnyBake, view: &View, q: &Points) -> Vec<(View, Vec<usize>)> {
     if !bake.card().needs.view {
         return vec![(*view, (0..q.n.len()).collect())];

@@ -66,8 +66,9 @@ impl Fitted {
     }
 }
 
-/// The specs that an input stands for, sorted where they come from a folder: the files of measurements in a folder, those of a
-/// pattern with `*` in the file's name, a file, every material of a table (`npf:FILE,*`, `sgd:*`), or a spec.
+/// The specs that an input stands for, sorted where they come from a folder: the files of measurements in a
+/// folder, those of a pattern with `*` in the file's name, a file, every material of a table (`npf:FILE,*`,
+/// `sgd:*`), or a spec.
 pub fn expand_brdfs(input: &str) -> Result<Vec<String>, Error> {
     let path = Path::new(input);
     let pattern = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -105,8 +106,9 @@ pub fn brdf_name(spec: &str) -> String {
 }
 
 impl Session {
-    /// Fits every spec and writes its lobes to the output beside it; with a tolerance as few lobes and views of it as that takes
-    /// ([`GaussianFit::within`]), and where none suffice the nearest, whose [`Fitted::reached`] tells.
+    /// Fits every spec and writes its lobes to the output beside it; with a tolerance as few lobes and views
+    /// of it as that takes ([`GaussianFit::within`]), and where none suffice the nearest, whose
+    /// [`Fitted::reached`] tells.
     pub fn fit(
         &mut self,
         jobs: Vec<(String, PathBuf)>,

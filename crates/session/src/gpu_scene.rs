@@ -13,8 +13,8 @@ use steradian_techniques::direct::Direct;
 use steradian_techniques::gpu::shadow;
 use steradian_techniques::local::beside;
 
-/// The lights that surfaces are shaded with beside their techniques: surfaces that fold suns into their data have the
-/// points alone.
+/// The lights that surfaces are shaded with beside their techniques: surfaces that fold suns into their data
+/// have the points alone.
 fn lights(baked: &[Prepared]) -> Direct {
     let all = || baked.iter().map(|b| &b.direct.1);
     all().find(|d| has_suns(d)).or_else(|| all().find(|d| !d.is_empty())).cloned().unwrap_or_default()
@@ -61,8 +61,8 @@ pub fn technique(b: &Prepared) -> Option<GpuTechnique> {
     Some(varied.unwrap_or_else(|| bake.gpu()))
 }
 
-/// The shadow volumes of all surfaces, in place of those of each: they are drawn once, and surfaces that fold suns into their data are
-/// lit by fewer lights than others.
+/// The shadow volumes of all surfaces, in place of those of each: they are drawn once, and surfaces that fold
+/// suns into their data are lit by fewer lights than others.
 fn volumes(flats: &mut [Option<Flat>]) -> Option<Arc<Volumes>> {
     fn of(flat: &mut Option<Flat>) -> Option<&mut Arc<Volumes>> {
         match flat {

@@ -12,9 +12,9 @@ const LEAST: f32 = 64.0;
 /// The part of a pixel that stays free below the horizon.
 const GAP: f32 = 0.25;
 
-/// The plane across the camera's up direction that touches the lowest point of `mesh`, in rings of doubling radius. It
-/// reaches so far that its end lies within a part of a pixel of the horizon of a picture of `rows` rows. Texture coordinates
-/// are metres.
+/// The plane across the camera's up direction that touches the lowest point of `mesh`, in rings of doubling
+/// radius. It reaches so far that its end lies within a part of a pixel of the horizon of a picture of `rows`
+/// rows. Texture coordinates are metres.
 pub(crate) fn under(mesh: &Mesh, camera: &Camera, rows: usize) -> Mesh {
     let (Camera::Pinhole { from, up, .. } | Camera::Orthographic { from, up, .. }) = *camera;
     let up = up.normalize_or(Vec3::Y);

@@ -1,5 +1,5 @@
-//! Inputs by name: light, reflectance, geometry, textures, technique. What a caller names may be any file; what a scene
-//! file names lies below its folder; what a saved bake names is not opened.
+//! Inputs by name: light, reflectance, geometry, textures, technique. What a caller names may be any file;
+//! what a scene file names lies below its folder; what a saved bake names is not opened.
 
 use crate::model::complete;
 use crate::{Error, Session};
@@ -60,8 +60,8 @@ pub fn is_sky(spec: &str) -> bool {
 /// Extensions of images in a folder of lights.
 const LIGHTS: [&str; 4] = ["hdr", "exr", "pfm", "pic"];
 
-/// The lights that a name stands for, sorted: those in a folder, those of a pattern with `*` in the file's name, or the
-/// one that it names.
+/// The lights that a name stands for, sorted: those in a folder, those of a pattern with `*` in the file's
+/// name, or the one that it names.
 pub fn expand_lights(spec: &str) -> Result<Vec<String>, Error> {
     let path = Path::new(spec);
     let pattern = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -116,8 +116,8 @@ fn sky(spec: &str) -> Result<Lights, Error> {
 /// Size of the images of skies.
 const SKY_SIZE: (usize, usize) = (1024, 512);
 
-/// The files of a spec of [`Session::map`]: `whole` where that exists or cannot be anything else, else its parts, each of which
-/// `part` makes a path.
+/// The files of a spec of [`Session::map`]: `whole` where that exists or cannot be anything else, else its
+/// parts, each of which `part` makes a path.
 pub(crate) fn light_files(
     whole: &Path,
     part: impl Fn(&str) -> Result<PathBuf, Error>,
@@ -155,8 +155,8 @@ pub(crate) fn texture_map(
     Ok(steradian_light::load::from_raster(&name.to_string(), raster, &options)?)
 }
 
-/// SH coefficients of everything distant in `lights` up to `order`: texel sums of the image, disks and directional
-/// lights in closed form.
+/// SH coefficients of everything distant in `lights` up to `order`: texel sums of the image, disks and
+/// directional lights in closed form.
 pub fn coefficients(lights: &Lights, order: usize) -> ShRgb {
     let mut sh = match &lights.environment {
         Some(e) => sh::project(&e.image, order),
@@ -244,7 +244,8 @@ pub fn is_shape(spec: &str) -> bool {
     shapes::SHAPES.iter().any(|s| s.name == name)
 }
 
-/// Does a name stand for a file? Names without dots and folders that are no files are names of something else.
+/// Does a name stand for a file? Names without dots and folders that are no files are names of something
+/// else.
 fn names_a_file(spec: &str) -> bool {
     Path::new(spec).exists() || spec.contains(['.', '/', '\\', '{', ','])
 }
@@ -295,8 +296,8 @@ pub fn dominant(sh: &ShRgb) -> Option<DVec3> {
 }
 
 impl Session {
-    /// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated by commas, a
-    /// pattern with `{}`, or a level of a texture (KTX2, KTX1, DDS).
+    /// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated
+    /// by commas, a pattern with `{}`, or a level of a texture (KTX2, KTX1, DDS).
     pub fn map(&mut self, spec: &str, adjust: &Adjust, level: usize) -> Result<Loaded, Error> {
         check_light(spec)?;
         let files = light_files(Path::new(spec), |part| Ok(part.into()), spec)?;
@@ -365,8 +366,8 @@ impl Session {
         Ok(())
     }
 
-    /// SH coefficients up to `order` of a light as [`Session::light`] takes it. A file is projected in its own layout, and turned
-    /// in the space of coefficients.
+    /// SH coefficients up to `order` of a light as [`Session::light`] takes it. A file is projected in its
+    /// own layout, and turned in the space of coefficients.
     pub fn light_coefficients(&mut self, spec: &str, adjust: &Adjust, order: usize) -> Result<ShRgb, Error> {
         let mut sh = if is_sky(spec) {
             coefficients(&sky(spec)?, order)
@@ -380,8 +381,9 @@ impl Session {
         Ok(sh)
     }
 
-    /// E(n) = ∫ L ⟨n·w⟩ dw in W m⁻² (no 1/π) at every texel centre of a map of this layout, width and height, to a relative RMS
-    /// error of 1e-4, disks included. A sum of few harmonics rings where a sun sets; this does not.
+    /// E(n) = ∫ L ⟨n·w⟩ dw in W m⁻² (no 1/π) at every texel centre of a map of this layout, width and height,
+    /// to a relative RMS error of 1e-4, disks included. A sum of few harmonics rings where a sun sets; this
+    /// does not.
     pub fn irradiance_map(
         &mut self,
         spec: &str,
@@ -395,7 +397,8 @@ impl Session {
         Ok(map.image)
     }
 
-    /// A reflectance from the spec of a command line, which may name any file; they are noted for the provenance.
+    /// A reflectance from the spec of a command line, which may name any file; they are noted for the
+    /// provenance.
     pub fn brdf(&mut self, spec: &str) -> Result<SharedBrdf, Error> {
         let mut read = Vec::new();
         let brdf = parse_noting(spec, Files::Any, &mut read);

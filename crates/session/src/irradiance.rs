@@ -1,4 +1,5 @@
-//! Spherical harmonic coefficients of a light's radiance and irradiance: windows, deringing, and their short form ZH3.
+//! Spherical harmonic coefficients of a light's radiance and irradiance: windows, deringing, and their short
+//! form ZH3.
 
 use crate::{Adjust, Error, Session, cosine};
 use serde_json::{Value, json};
@@ -122,8 +123,8 @@ impl WindowSpec {
         Ok(Self { kind, width })
     }
 
-    /// For coefficients of `bands` bands. Hann's and Lanczos' windows end at the first band that is not there, that of
-    /// Gauss has half the bands for its standard deviation.
+    /// For coefficients of `bands` bands. Hann's and Lanczos' windows end at the first band that is not
+    /// there, that of Gauss has half the bands for its standard deviation.
     pub fn window(self, bands: usize) -> Window {
         let width = |usual: f64| self.width.unwrap_or(usual);
         match self.kind {
@@ -156,7 +157,8 @@ fn truncated(sh: &ShRgb, order: usize) -> ShRgb {
     out
 }
 
-/// The band to which ZH3's errors are measured; what follows changes irradiance by less than 0.2 % of a lone sun's.
+/// The band to which ZH3's errors are measured; what follows changes irradiance by less than 0.2 % of a lone
+/// sun's.
 const ZH3_ORDER: usize = 8;
 
 /// ZH3 of radiance up to [`ZH3_ORDER`] at least, both ways, and what they and plain coefficients miss.

@@ -1,9 +1,10 @@
-//! A scene that is drawn again and again while its camera, its lights and its materials change: what a window shows.
+//! A scene that is drawn again and again while its camera, its lights and its materials change: what a window
+//! shows.
 //!
-//! [`Session::live`] bakes only what changed since the scene before; [`Live::gpu`] is what a GPU draws of it, and
-//! [`Live::turned`] what another camera or a turned light change of that. [`Following`] lets it follow a sky that moves faster
-//! than bakes. Pictures by the reference ([`Session::truth`])
-//! are those that [`Session::compare`] holds techniques against.
+//! [`Session::live`] bakes only what changed since the scene before; [`Live::gpu`] is what a GPU draws of it,
+//! and [`Live::turned`] what another camera or a turned light change of that. [`Following`] lets it follow a
+//! sky that moves faster than bakes. Pictures by the reference ([`Session::truth`]) are those that
+//! [`Session::compare`] holds techniques against.
 
 mod follow;
 
@@ -95,14 +96,15 @@ pub struct Difference {
 }
 
 impl Session {
-    /// Bakes what `scene` needs. Of `before`, whatever was made of the same light, reflectance and geometry is taken over;
-    /// where a technique was chosen for a material, it stays under another light.
+    /// Bakes what `scene` needs. Of `before`, whatever was made of the same light, reflectance and geometry
+    /// is taken over; where a technique was chosen for a material, it stays under another light.
     pub fn live(&self, scene: &Scene, names: Names, before: Option<&Live>) -> Result<Live, Error> {
         self.baked(scene, names, before, false)
     }
 
-    /// `scene` to look at while [`Session::live`] bakes it: within a tenth of a second or two, by coarser bakes of unknown
-    /// error under light of fewer texels. `None` where nothing of `before` can be taken over, or all of it.
+    /// `scene` to look at while [`Session::live`] bakes it: within a tenth of a second or two, by coarser
+    /// bakes of unknown error under light of fewer texels. `None` where nothing of `before` can be taken
+    /// over, or all of it.
     pub fn preview(&self, scene: &Scene, names: Names, before: &Live) -> Result<Option<Live>, Error> {
         let same_mesh = before.has_mesh_of(scene, &names);
         let materials = scene.materials.iter().chain(&scene.ground);
@@ -199,8 +201,8 @@ impl Session {
         Ok(Live { scene: staged, names, sited, bvh, camera, materials, rebaked, preview })
     }
 
-    /// The reference's picture, by quadrature to a relative error of `tolerance` at each point, under the light turned by
-    /// `degrees` about +Y.
+    /// The reference's picture, by quadrature to a relative error of `tolerance` at each point, under the
+    /// light turned by `degrees` about +Y.
     pub fn truth(
         &self,
         live: &Live,
@@ -424,7 +426,8 @@ mod tests {
         }
     }
 
-    /// A ring on the ground, whose techniques bake at vertices; that of the ring and its reflectance as given.
+    /// A ring on the ground, whose techniques bake at vertices; that of the ring and its reflectance as
+    /// given.
     fn standing(session: &mut Session, brdf: &str, technique: &str) -> Scene {
         let named = |slug: &str| Some(Method::find(slug).expect("registered"));
         let mut scene = scene(session, brdf, "studio");

@@ -98,7 +98,8 @@ impl Local {
         self.technique.card().capabilities.self_shadowing && self.technique.needs_sites(&self.params)
     }
 
-    /// How far apart vertices of a mesh lie at most, over the diagonal of the object near it, where it knows shadows at them.
+    /// How far apart vertices of a mesh lie at most, over the diagonal of the object near it, where it knows
+    /// shadows at them.
     pub(crate) fn spacing(&self) -> Option<f32> {
         self.knows_mesh().then_some(1.0 / 12.0)
     }
@@ -177,8 +178,8 @@ impl Local {
         Ok(())
     }
 
-    /// Tabulates a reflectance with the planes of the files, or the normals of the material where there are none, on the mesh that
-    /// it needs.
+    /// Tabulates a reflectance with the planes of the files, or the normals of the material where there are
+    /// none, on the mesh that it needs.
     pub(crate) fn bake(
         &self,
         brdf: &SharedBrdf,
@@ -229,7 +230,8 @@ impl Local {
 }
 
 impl Session {
-    /// A technique for local light with what its parameters' files hold. Those of a scene file lie below its `folder`.
+    /// A technique for local light with what its parameters' files hold. Those of a scene file lie below its
+    /// `folder`.
     pub fn open_local(&mut self, local: &Local, folder: Option<&Path>) -> Result<Local, Error> {
         if let Some(file) = &local.saved {
             self.note_input(&file.path);
@@ -240,14 +242,16 @@ impl Session {
         Ok(Local { planes, apparent, made: Arc::default(), ..local.clone() })
     }
 
-    /// A material with what the files hold that parameters of its technique name. Those of a scene file lie below its `folder`.
+    /// A material with what the files hold that parameters of its technique name. Those of a scene file lie
+    /// below its `folder`.
     pub fn open_material(&mut self, m: Material, folder: Option<&Path>) -> Result<Material, Error> {
         let Some(Method::Technique(t)) = m.method else { return Ok(m) };
         let planes = self.technique_planes(t, &m.params, folder)?;
         Ok(Material { planes, ..m })
     }
 
-    /// A material with what the files hold that parameters of any of these methods name, to be compared by them.
+    /// A material with what the files hold that parameters of any of these methods name, to be compared by
+    /// them.
     pub fn open_compared(
         &mut self,
         m: Material,
@@ -391,8 +395,8 @@ impl PartialEq for Local {
     }
 }
 
-/// What is known of the sum of two parts of the light: the larger error of the two, each relative to its part. (Of parts that
-/// are not negative the sum errs by √2 of it at most.)
+/// What is known of the sum of two parts of the light: the larger error of the two, each relative to its
+/// part. (Of parts that are not negative the sum errs by √2 of it at most.)
 pub(crate) fn joint(distant: Certificate, local: &Certificate) -> Certificate {
     let weaker = |e: Evidence| matches!(e, Evidence::Estimated);
     let known = match (distant.known, local.known) {
@@ -438,8 +442,9 @@ mod tests {
         Points { p: Some(n.clone()), ..Points::new(n.clone(), wo.collect()) }
     }
 
-    /// Of each pair of techniques: what all lights give together is what environment and disks give, and what directional
-    /// and point lights give, added; and it is what exact shading of the latter gives, up to what the tables err by.
+    /// Of each pair of techniques: what all lights give together is what environment and disks give, and what
+    /// directional and point lights give, added; and it is what exact shading of the latter gives, up to what
+    /// the tables err by.
     #[test]
     fn no_light_counts_twice_or_gets_lost() {
         let disk = DiskLight {

@@ -125,8 +125,8 @@ pub struct Prepared {
     pub sample_seconds: f64,
     /// How the session came to choose the technique, where it did.
     pub choice: Option<Arc<Choice>>,
-    /// The normals of its technique for directional and point lights, which all other light is shaded with where the material
-    /// has none.
+    /// The normals of its technique for directional and point lights, which all other light is shaded with
+    /// where the material has none.
     pub(crate) bumps: Option<Arc<NormalMap>>,
     /// The technique's bake; `None` for the reference.
     pub(crate) bake: Option<Arc<BakeShader>>,

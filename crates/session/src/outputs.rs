@@ -42,8 +42,8 @@ pub fn file_name(path: &Path) -> String {
     path.file_name().map_or_else(|| path.to_string_lossy(), |n| n.to_string_lossy()).into_owned()
 }
 
-/// Refuses an output whose extension is none of `known`, and one whose folder is missing: asked before the work, so that
-/// it is not done in vain.
+/// Refuses an output whose extension is none of `known`, and one whose folder is missing: asked before the
+/// work, so that it is not done in vain.
 pub fn check_output(path: &Path, known: &[&str]) -> Result<(), Error> {
     if has_extension(path, known) {
         return Destinations::default().file("--output", path);

@@ -15,8 +15,8 @@ use steradian_sphere::Frame;
 pub struct Paths {
     /// Reflections at most; 1 is direct light with shadows.
     pub bounces: u32,
-    /// Noise at which to stop: the standard error over the radiance, in the RMS over the surfaces of a picture, or of each
-    /// point.
+    /// Noise at which to stop: the standard error over the radiance, in the RMS over the surfaces of a
+    /// picture, or of each point.
     pub noise: f64,
 }
 
@@ -58,8 +58,8 @@ const MOST: u64 = 8192;
 const POINT: [u32; 2] = [64, 1 << 20];
 
 impl Session {
-    /// The picture of a scene by paths: independent pictures are added until their spread says that the mean is as quiet as
-    /// asked.
+    /// The picture of a scene by paths: independent pictures are added until their spread says that the mean
+    /// is as quiet as asked.
     pub(crate) fn trace(
         &self,
         scene: &Scene,

@@ -36,8 +36,8 @@ impl Picture {
 }
 
 impl Session {
-    /// Bakes what the scene's materials need and renders it. Where the scene asks for an accuracy, the certificates are
-    /// held against it.
+    /// Bakes what the scene's materials need and renders it. Where the scene asks for an accuracy, the
+    /// certificates are held against it.
     pub fn render(&mut self, scene: &Scene) -> Result<Outcome<Picture>, Error> {
         self.render_on(scene, None)
     }
@@ -69,8 +69,9 @@ impl Session {
         Ok(Outcome::new(picture, scene.tolerance, error))
     }
 
-    /// `frames` pictures on a circle about the axis of the camera's up through what it looks at, the first one from where
-    /// the camera stands, all exposed as the first one is. `each` gets them with their numbers from 0.
+    /// `frames` pictures on a circle about the axis of the camera's up through what it looks at, the first
+    /// one from where the camera stands, all exposed as the first one is. `each` gets them with their numbers
+    /// from 0.
     pub fn orbit(
         &mut self,
         scene: &Scene,
@@ -123,8 +124,8 @@ impl Session {
         let stage = Stage { mesh: &scene.mesh, bvh, surfaces: &surfaces, background: &background, camera };
         let mut settings = scene.settings;
         if exact(&materials) {
-            // The reference integrates each point on its own: one in a pixel and surface is enough, coverage gets its
-            // samples.
+            // The reference integrates each point on its own: one in a pixel and surface is enough, coverage
+            // gets its samples.
             settings = Settings { inner: 1, share: true, ..settings };
         }
         let start = Instant::now();

@@ -57,14 +57,15 @@ pub struct PolynomialFacts {
     pub height: usize,
     /// Photographs, each of one light.
     pub photographs: usize,
-    /// Ratio of the largest singular value of the lights' polynomials to the smallest: how much errors may grow.
+    /// Ratio of the largest singular value of the lights' polynomials to the smallest: how much errors may
+    /// grow.
     pub condition: f64,
 }
 
 impl Session {
-    /// Fits the polynomial texture map `path` to the photographs that a list of light positions names, in its folder or below.
-    /// Coefficients in the file are bytes: off by half a step of their range over all texels. Where one colour a texel loses more
-    /// than 2 %, that is told.
+    /// Fits the polynomial texture map `path` to the photographs that a list of light positions names, in its
+    /// folder or below. Coefficients in the file are bytes: off by half a step of their range over all
+    /// texels. Where one colour a texel loses more than 2 %, that is told.
     pub fn fit_polynomials(
         &mut self,
         list: &Path,
@@ -168,8 +169,9 @@ impl Session {
         Ok((Sums { all, lost: colours.lost() }, facts))
     }
 
-    /// The coefficients as textures of red, green and blue, in units of which white is 1, and what is put behind their name: six of a
-    /// file (.ptm), as many as the basis has of the photographs that a list of lights names (.lp).
+    /// The coefficients as textures of red, green and blue, in units of which white is 1, and what is put
+    /// behind their name: six of a file (.ptm), as many as the basis has of the photographs that a list of
+    /// lights names (.lp).
     pub(crate) fn polynomial_planes(
         &mut self,
         path: &Path,
@@ -210,8 +212,8 @@ impl Session {
         Ok(map)
     }
 
-    /// A map of a polynomial texture map, or of the photographs that a list of lights names, by a basis: where each texel is brightest,
-    /// as a tangent-space normal map, green up, or what it reflects there.
+    /// A map of a polynomial texture map, or of the photographs that a list of lights names, by a basis:
+    /// where each texel is brightest, as a tangent-space normal map, green up, or what it reflects there.
     pub fn polynomial_map(
         &mut self,
         path: &Path,

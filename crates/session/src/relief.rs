@@ -39,12 +39,13 @@ pub struct HorizonFacts {
 }
 
 impl Session {
-    /// Writes what each texel of the height map `file` sees of the light to the array texture `path`. The map repeats; white is
-    /// `relief` of its width above black. Its heights are its alpha where it has one, else its luminance.
+    /// Writes what each texel of the height map `file` sees of the light to the array texture `path`. The map
+    /// repeats; white is `relief` of its width above black. Its heights are its alpha where it has one, else
+    /// its luminance.
     ///
-    /// Azimuths: elevations of the horizon in radians at azimuths 2π k/n from the right of the picture to its top, four a layer.
-    /// Ellipses: a, b, c, d in the first layer and e in the second, of a x² + b xy + c y² + d x + e y ≤ 1 where light comes
-    /// from the unit direction (x, y, z).
+    /// Azimuths: elevations of the horizon in radians at azimuths 2π k/n from the right of the picture to its
+    /// top, four a layer. Ellipses: a, b, c, d in the first layer and e in the second, of a x² + b xy + c
+    /// y² + d x + e y ≤ 1 where light comes from the unit direction (x, y, z).
     pub fn horizons(
         &mut self,
         (file, relief): (&Path, f64),

@@ -36,8 +36,8 @@ impl Renderer {
         }
     }
 
-    /// The picture of `stage`, whose surfaces are those of `materials`, and where it was made: an automatic back end leaves
-    /// to the CPU what the GPU cannot do.
+    /// The picture of `stage`, whose surfaces are those of `materials`, and where it was made: an automatic
+    /// back end leaves to the CPU what the GPU cannot do.
     pub fn film(
         &self,
         stage: &Stage<'_>,

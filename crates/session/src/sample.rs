@@ -10,10 +10,11 @@ use steradian_render::{
 };
 use steradian_scene::{Bvh, Camera};
 
-/// Processor seconds for the reference to look at the points of a picture, beside those for its hierarchy of the light.
+/// Processor seconds for the reference to look at the points of a picture, beside those for its hierarchy of
+/// the light.
 const LOOK: f64 = 1.0;
-/// Pixels a side of samples of a picture, of which the object covers a part: the first is taken, and the second where the
-/// first tells that there is time for it.
+/// Pixels a side of samples of a picture, of which the object covers a part: the first is taken, and the
+/// second where the first tells that there is time for it.
 const SIDES: [usize; 2] = [8, 24];
 /// Relative error of the reference at these points: far below the errors that are compared.
 const TOLERANCE: f64 = 1e-2;
@@ -80,8 +81,9 @@ impl<'a> Sample<'a> {
         Ok(sample)
     }
 
-    /// Radiance of a surface at the points, without its maps, which the reference does not know; what its technique reads per texel
-    /// counts as it stands there, since a sample's pixels are wider than the picture's.
+    /// Radiance of a surface at the points, without its maps, which the reference does not know; what its
+    /// technique reads per texel counts as it stands there, since a sample's pixels are wider than the
+    /// picture's.
     fn film(&self, surface: &Surface, points: usize, task: &Task) -> Result<Film, Error> {
         let plain = Surface { base_colour: None, maps: SurfaceMaps::default(), ..surface.clone() };
         let s = &self.scene.settings;
@@ -128,7 +130,8 @@ impl<'a> Sample<'a> {
         if far || m.local.as_ref().is_some_and(Local::knows_mesh) {
             return Ok(Err(Some(SHADOWED)));
         }
-        // What shadows lights beside the data is no part of the technique's error, and the reference does without it.
+        // What shadows lights beside the data is no part of the technique's error, and the reference does
+        // without it.
         let mut surface = prepared.surface.clone();
         if let Some(open) = surface.shader.unshadowed() {
             surface.shader = open;

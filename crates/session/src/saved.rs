@@ -8,7 +8,8 @@ use steradian_techniques::{AnyBake, SavedBake};
 use steradian_transfer::mesh_digest;
 
 impl Session {
-    /// Reads a saved bake, a `.safetensors` file or a folder that holds one. Its light turns by what `adjust` says.
+    /// Reads a saved bake, a `.safetensors` file or a folder that holds one. Its light turns by what `adjust`
+    /// says.
     pub fn saved_bake(&mut self, path: &Path, adjust: &Adjust) -> Result<SavedBake, Error> {
         if adjust.light_exposure != 0.0 {
             return Err(Error::usage(
@@ -21,8 +22,8 @@ impl Session {
         Ok(file)
     }
 
-    /// The light of a saved bake, to be seen or compared with: `environment`, else the sky that the file names. A light
-    /// that is not the one that was baked is told.
+    /// The light of a saved bake, to be seen or compared with: `environment`, else the sky that the file
+    /// names. A light that is not the one that was baked is told.
     pub fn light_of_bake(
         &mut self,
         file: &SavedBake,
@@ -55,7 +56,8 @@ impl Session {
     }
 }
 
-/// Refuses data for the vertices of another mesh than the one that `mesh` begins with (behind it may stand a ground).
+/// Refuses data for the vertices of another mesh than the one that `mesh` begins with (behind it may stand a
+/// ground).
 pub(crate) fn check_mesh(file: &SavedBake, bake: &dyn AnyBake, mesh: &Mesh) -> Result<(), Error> {
     if !file.technique.needs_sites(&bake.params()) {
         return Ok(());

@@ -39,7 +39,8 @@ pub struct Scene {
     pub tolerance: Option<f64>,
     /// Light that varies over space, which surfaces get in place of `lights`; these are seen beside them.
     pub probes: Option<Arc<Probes>>,
-    /// Transfer of the mesh that a file holds ([`Session::saved_transfer`]), in place of rays for techniques that bake on it.
+    /// Transfer of the mesh that a file holds ([`Session::saved_transfer`]), in place of rays for techniques
+    /// that bake on it.
     pub transfer: Option<Arc<Saved>>,
 }
 
@@ -65,8 +66,8 @@ impl Scene {
         }
     }
 
-    /// A mesh file or built-in shape, with `brdf` or else the file's own materials (or a grey one), under an image or a
-    /// sky; an empty name is the usual sky.
+    /// A mesh file or built-in shape, with `brdf` or else the file's own materials (or a grey one), under an
+    /// image or a sky; an empty name is the usual sky.
     pub fn of(mesh: &str, brdf: Option<&str>, light: &str, session: &mut Session) -> Result<Self, Error> {
         let Model { mesh, materials } = session.model(mesh)?;
         let given = brdf.map(|spec| session.brdf(spec)).transpose()?;
@@ -97,8 +98,8 @@ impl Scene {
         camera.ok_or_else(|| Error::input("the mesh has no triangles"))
     }
 
-    /// The scene with its ground as part of the mesh, for a camera; with vertices as near to each other as `sited` asks for
-    /// where shadows and reflections vary between them.
+    /// The scene with its ground as part of the mesh, for a camera; with vertices as near to each other as
+    /// `sited` asks for where shadows and reflections vary between them.
     pub(crate) fn staged(&self, camera: &Camera, sited: &Sited, task: &Task) -> Result<Cow<'_, Self>, Error> {
         let scene = self.grounded(camera);
         // What is known of its vertices is known of no others.

@@ -43,7 +43,8 @@ impl Session {
 
 /// Memory that a vertex takes, bytes: its attributes, once more while meshes are merged.
 const VERTEX_BYTES: u64 = 2 * 60;
-/// Memory that a triangle takes, bytes: its indices and slot twice, and its share of the tree and of its building.
+/// Memory that a triangle takes, bytes: its indices and slot twice, and its share of the tree and of its
+/// building.
 const TRIANGLE_BYTES: u64 = 2 * 16 + 160;
 
 fn scene(path: &Path, overrides: &SceneOverrides, session: &mut Session) -> Result<Scene, Error> {

@@ -51,8 +51,8 @@ pub enum Shadows {
     /// Shadow volumes ([`steradian_scene::shadow::ShadowVolumes`]).
     Volume,
     /// Rays through the mesh, and for the environment rays over the reflectance's lobe
-    /// ([`steradian_render::LobeShadowShader`]): under techniques that know no shadows, whose data may hold suns, and under the
-    /// reference.
+    /// ([`steradian_render::LobeShadowShader`]): under techniques that know no shadows, whose data may hold
+    /// suns, and under the reference.
     Lobe,
 }
 
@@ -66,7 +66,8 @@ impl Shadows {
         }
     }
 
-    /// What stands between the points of `mesh` and lights. Fails where maps need more than `max_memory` bytes.
+    /// What stands between the points of `mesh` and lights. Fails where maps need more than `max_memory`
+    /// bytes.
     pub(crate) fn blocker(
         self,
         mesh: &Mesh,
@@ -108,14 +109,15 @@ impl Shadows {
 /// Who is told what happens.
 type Listener = Arc<dyn Fn(&Notice) + Send + Sync>;
 
-/// What every request shares: progress, cancellation and limits ([`Task`]), how lights are read, where pictures are
-/// computed, and the provenance of what is written.
+/// What every request shares: progress, cancellation and limits ([`Task`]), how lights are read, where
+/// pictures are computed, and the provenance of what is written.
 pub struct Session {
     /// Progress, cancellation and the limit of memory.
     pub task: Task,
     /// What becomes of finite negative radiance in inputs.
     pub negative: Negative,
-    /// What becomes of disks and directional lights under a technique: folded into its data, unless this says otherwise.
+    /// What becomes of disks and directional lights under a technique: folded into its data, unless this says
+    /// otherwise.
     pub suns: Suns,
     /// Where pictures are computed.
     pub backend: Backend,
@@ -125,8 +127,8 @@ pub struct Session {
     pub paths: Paths,
     /// What shadows lights beside a technique's data.
     pub shadows: Shadows,
-    /// Under [`Shadows::Lobe`]: what all pictures from now on have in common, of one scene in one light. Then techniques have the
-    /// reference's visibility.
+    /// Under [`Shadows::Lobe`]: what all pictures from now on have in common, of one scene in one light. Then
+    /// techniques have the reference's visibility.
     pub(crate) common_shadows: Option<Arc<crate::material::CommonShadows>>,
     provenance: Provenance,
     notes: Vec<(String, String)>,

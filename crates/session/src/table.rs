@@ -33,7 +33,8 @@ fn language(path: &Path) -> Option<Language> {
     path.extension().and_then(|e| Language::of_extension(&e.to_string_lossy().to_lowercase()))
 }
 
-/// Refuses files that hold no table, and texels that tables have not; returns the usual side of a table there, texels.
+/// Refuses files that hold no table, and texels that tables have not; returns the usual side of a table
+/// there, texels.
 pub fn check_table(path: &Path, format: Option<TexelFormat>) -> Result<usize, Error> {
     check_output(path, &[IMAGES.as_slice(), &Container::EXTENSIONS, &TEXTS].concat())?;
     check_format(format, path)?;

@@ -9,8 +9,8 @@ use steradian_formats::{write_csv, write_merl};
 pub const MEASUREMENTS: [&str; 2] = ["binary", "csv"];
 
 impl Session {
-    /// The reflectance of a spec as MERL's `.binary`, whose cells above the horizon hold f at their centres, or as scattered
-    /// measurements in `.csv`.
+    /// The reflectance of a spec as MERL's `.binary`, whose cells above the horizon hold f at their centres,
+    /// or as scattered measurements in `.csv`.
     pub fn tabulate(&mut self, spec: &str, path: &Path) -> Result<(), Error> {
         let brdf = self.brdf(spec)?;
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {

@@ -37,8 +37,8 @@ pub struct Request {
     pub places: Places,
     /// What, and how well; its albedo is replaced by that of the slots.
     pub settings: Settings,
-    /// Albedo of the surfaces that reflect, which the mean of a base-colour texture multiplies; `None` takes the base
-    /// colours of the mesh's file.
+    /// Albedo of the surfaces that reflect, which the mean of a base-colour texture multiplies; `None` takes
+    /// the base colours of the mesh's file.
     pub albedo: Option<[f64; 3]>,
     /// Visibility by least squares over the hemisphere too?
     pub hemisphere: bool,
@@ -74,7 +74,8 @@ impl Places {
 }
 
 impl Done {
-    /// Adds ao, t0 …, v0 … and perhaps h0 … to the table of the points; of reflections in colour t is tr0 …, tg0 …, tb0 ….
+    /// Adds ao, t0 …, v0 … and perhaps h0 … to the table of the points; of reflections in colour t is tr0 …,
+    /// tg0 …, tb0 ….
     pub fn add_columns(&self, table: &mut CsvTable) {
         let x = &self.saved.transfer;
         let (sites, n) = (0..x.len(), x.bands.pow(2));
@@ -164,8 +165,9 @@ impl Session {
         }
     }
 
-    /// Writes transfer: a file .glb as attributes of the mesh's vertices in numbers of that many bits (8, 16, 32), others as
-    /// tensors with their provenance, halves for 16 bits. What was kept to go on after an interruption goes.
+    /// Writes transfer: a file .glb as attributes of the mesh's vertices in numbers of that many bits (8, 16,
+    /// 32), others as tensors with their provenance, halves for 16 bits. What was kept to go on after an
+    /// interruption goes.
     pub fn write_transfer(&mut self, done: Done, bits: u32, path: &Path) -> Result<(), Error> {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
             let numbers = VertexNumbers::of_bits(bits)

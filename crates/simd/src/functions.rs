@@ -1,4 +1,5 @@
-//! Exponential and logarithm in single precision without branches, which compilers turn into code for registers.
+//! Exponential and logarithm in single precision without branches, which compilers turn into code for
+//! registers.
 
 /// e^x for x ≤ 88, within 4e-7 relative; 0 below −87.
 #[inline(always)]

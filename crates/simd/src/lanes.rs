@@ -1,5 +1,5 @@
-//! Eight f32 at a time, for kernels that test lanes and branch on the outcome, where compilers do not find the
-//! vector form of plain loops.
+//! Eight f32 at a time, for kernels that test lanes and branch on the outcome, where compilers do not find
+//! the vector form of plain loops.
 
 /// Eight lanes of f32. Every instruction set gives the same bits.
 pub trait Lanes: Copy {
@@ -107,8 +107,8 @@ mod avx {
     use super::Lanes;
     use std::arch::x86_64::*;
 
-    /// One register of AVX. Values exist only in kernels that [`crate::run`] calls where AVX2 was detected, which
-    /// is what makes the calls below sound: the type is reachable through [`crate::Arch`] alone.
+    /// One register of AVX. Values exist only in kernels that [`crate::run`] calls where AVX2 was detected,
+    /// which is what makes the calls below sound: the type is reachable through [`crate::Arch`] alone.
     #[derive(Clone, Copy)]
     pub struct Avx(__m256);
 

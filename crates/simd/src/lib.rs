@@ -1,12 +1,13 @@
 //! Run-time instruction-set dispatch: the only crate of Steradian that contains `unsafe`.
 //!
 //! [`dispatch`] runs a closure compiled for the best instruction set of this machine. Everything that the
-//! closure calls must be `#[inline(always)]` to be compiled along with it. The environment variable `STERADIAN_ISA`
-//! (`portable`, `avx2`, `avx512`) pins the choice, for bit-identical results across machines. It is read once; what
-//! cannot be met is refused: programs ask [`check`] first and say so, elsewhere [`isa`] panics.
+//! closure calls must be `#[inline(always)]` to be compiled along with it. The environment variable
+//! `STERADIAN_ISA` (`portable`, `avx2`, `avx512`) pins the choice, for bit-identical results across machines.
+//! It is read once; what cannot be met is refused: programs ask [`check`] first and say so, elsewhere [`isa`]
+//! panics.
 //!
-//! On aarch64 plain loops with fused multiplication and addition stand for NEON, which compilers map to its vectors;
-//! `scripts/test-aarch64.sh` runs the tests there under emulation.
+//! On aarch64 plain loops with fused multiplication and addition stand for NEON, which compilers map to its
+//! vectors; `scripts/test-aarch64.sh` runs the tests there under emulation.
 
 pub mod functions;
 mod lanes;
@@ -105,7 +106,8 @@ pub fn check() -> Result<Isa, IsaError> {
 /// The instruction set in use: the best that the machine has, or what `STERADIAN_ISA` pins.
 ///
 /// # Panics
-/// If `STERADIAN_ISA` names an instruction set that the machine lacks, or none; [`check`] tells it as an error.
+/// If `STERADIAN_ISA` names an instruction set that the machine lacks, or none; [`check`] tells it as an
+/// error.
 #[inline]
 pub fn isa() -> Isa {
     static ISA: OnceLock<Isa> = OnceLock::new();
@@ -136,8 +138,8 @@ fn detect() -> Isa {
     Isa::Portable
 }
 
-/// Runs `f` compiled for [`isa`]. Mark `f`'s callees `#[inline(always)]`. Only a closure that is inlined itself
-/// gains, and no attribute can force that on one that is large: where it matters, use [`run`].
+/// Runs `f` compiled for [`isa`]. Mark `f`'s callees `#[inline(always)]`. Only a closure that is inlined
+/// itself gains, and no attribute can force that on one that is large: where it matters, use [`run`].
 #[inline]
 pub fn dispatch<R>(f: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
@@ -161,14 +163,16 @@ pub fn dispatch<R>(f: impl FnOnce() -> R) -> R {
     f()
 }
 
-/// Asks for the cache line of number `at` of `x`, so that a load some hundred instructions later need not wait for it. It changes
-/// nothing but time; beyond the end of `x`, and where there is no such instruction, it does nothing.
+/// Asks for the cache line of number `at` of `x`, so that a load some hundred instructions later need not
+/// wait for it. It changes nothing but time; beyond the end of `x`, and where there is no such instruction,
+/// it does nothing.
 #[inline(always)]
 pub fn prefetch<T>(x: &[T], at: usize) {
     #[cfg(target_arch = "x86_64")]
     if let Some(x) = x.get(at) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: the instruction is part of SSE, which every x86-64 has, and reads nothing that a program sees.
+        // SAFETY: the instruction is part of SSE, which every x86-64 has, and reads nothing that a program
+        // sees.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(x).cast()) }
     }
     #[cfg(not(target_arch = "x86_64"))]
@@ -458,7 +462,8 @@ mod tests {
         }
     }
 
-    /// Division, root, smaller, truncation, choice, halves and whole numbers, of as many numbers as a register holds.
+    /// Division, root, smaller, truncation, choice, halves and whole numbers, of as many numbers as a
+    /// register holds.
     struct SingleOnly<'a>(&'a [f32], &'a [u16]);
 
     impl Kernel for SingleOnly<'_> {

@@ -72,8 +72,8 @@ pub trait Single: Vector<T = f32> {
     fn min(self, b: Self) -> Self;
     /// Towards zero to a whole number; of numbers below 2^31 in size.
     fn truncate(self) -> Self;
-    /// Writes whole numbers from 0 to 2^31 − 1 to the first lanes of a slice. (A conversion by `as` minds all other numbers, one
-    /// lane after the other.)
+    /// Writes whole numbers from 0 to 2^31 − 1 to the first lanes of a slice. (A conversion by `as` minds all
+    /// other numbers, one lane after the other.)
     ///
     /// # Panics
     /// If the slice is shorter than a register.
@@ -82,7 +82,8 @@ pub trait Single: Vector<T = f32> {
     fn if_positive(self, yes: Self, no: Self) -> Self;
 }
 
-/// A register of i16, two for each lane of one of f32. All of it is exact: the bits are the same on every instruction set.
+/// A register of i16, two for each lane of one of f32. All of it is exact: the bits are the same on every
+/// instruction set.
 pub trait Short: Copy {
     /// The register of f32.
     type Single;

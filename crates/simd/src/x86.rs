@@ -9,8 +9,8 @@ macro_rules! register {
      $splat:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident, $fma:ident, $fnma:ident,
      $transpose:path, $lane_sums:path, $add_sums:path) => {
         #[doc = $doc]
-        /// Only [`crate::run`] names it, after detection of the instruction set, which is what makes the calls
-        /// of intrinsics sound.
+        /// Only [`crate::run`] names it, after detection of the instruction set, which is what makes the
+        /// calls of intrinsics sound.
         #[derive(Clone, Copy)]
         #[repr(transparent)]
         pub struct $name(pub(crate) $reg);

@@ -1,11 +1,12 @@
 //! Times of the transform, in a form that `peers.py` reads; RAYON_NUM_THREADS says on how many threads.
-//! `cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular|cube|rotate] [image] [serve] band…`
+//!
+//!     cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular|cube|rotate] [image] [serve] band…
 //!
 //! Three channels of f64 (`image`: of f32 in image precision), basis about the image's pole and coefficients
-//! by m, as other libraries have them. Prints grid, band, and milliseconds of synthesis and analysis (each the least
-//! of several), and of planning; for `cube`, of synthesis to a cube map of 256² texels a face with errors of 2e-3
-//! and 1e-5; for `rotate`, of turns of three channels and of one. With `serve`, after the word "ready", both times for every line read, which says how many seconds each
-//! may take.
+//! by m, as other libraries have them. Prints grid, band, and milliseconds of synthesis and analysis (each
+//! the least of several), and of planning; for `cube`, of synthesis to a cube map of 256² texels a face with
+//! errors of 2e-3 and 1e-5; for `rotate`, of turns of three channels and of one. With `serve`, after the word
+//! "ready", both times for every line read, which says how many seconds each may take.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -31,7 +32,8 @@ fn on_cpu() -> Option<f64> {
 /// What a sample takes at least, in milliseconds: clocks are not finer.
 const SAMPLE: f64 = 2.0;
 
-/// Least of several samples, in milliseconds, without what other programs took; short runs are repeated within one.
+/// Least of several samples, in milliseconds, without what other programs took; short runs are repeated
+/// within one.
 fn best<R>(seconds: f64, mut f: impl FnMut() -> R) -> f64 {
     let mut best = f64::INFINITY;
     let (start, mut samples, mut runs) = (Instant::now(), 0, 1);

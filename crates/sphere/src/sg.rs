@@ -63,10 +63,10 @@ impl SphericalGaussian {
         self.product(other).integral()
     }
 
-    /// ∫ G₁(ω) G₂(ω about d) dω as a function of d, where `other`'s axis is turned to d, approximated by a lobe
-    /// about this axis: sharpness λ₁λ₂/(λ₁ + λ₂) (Iwasaki et al. 2012, "Interactive bi-scale editing of highly
-    /// glossy materials", eq. 9), and the amplitude that keeps the convolution's integral ∫G₁ ∫G₂. The error
-    /// is of order 1/λ for sharp lobes.
+    /// ∫ G₁(ω) G₂(ω about d) dω as a function of d, where `other`'s axis is turned to d, approximated by a
+    /// lobe about this axis: sharpness λ₁λ₂/(λ₁ + λ₂) (Iwasaki et al. 2012, "Interactive bi-scale editing of
+    /// highly glossy materials", eq. 9), and the amplitude that keeps the convolution's integral ∫G₁ ∫G₂. The
+    /// error is of order 1/λ for sharp lobes.
     pub fn convolve(&self, other: &Self) -> Self {
         let (l1, l2) = (self.sharpness, other.sharpness);
         let l = if l1 + l2 > 0.0 { l1 * l2 / (l1 + l2) } else { 0.0 };
@@ -78,8 +78,8 @@ impl SphericalGaussian {
         }
     }
 
-    /// A direction with the density of the normalised lobe, for u in [0, 1)²: d·μ = 1 + ln(1 − u(1 − e^{−2λ}))/λ
-    /// (Jakob 2012, "Numerically stable sampling of the von Mises–Fisher distribution on S²").
+    /// A direction with the density of the normalised lobe, for u in [0, 1)²: d·μ = 1 + ln(1 − u(1 −
+    /// e^{−2λ}))/λ (Jakob 2012, "Numerically stable sampling of the von Mises–Fisher distribution on S²").
     pub fn sample(&self, u: DVec2) -> DVec3 {
         let l = self.sharpness;
         let below = if l < 1e-8 { 2.0 * u.x } else { -(u.x * (-2.0 * l).exp_m1()).ln_1p() / l };

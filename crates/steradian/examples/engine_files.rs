@@ -13,7 +13,8 @@ pub fn run(folder: &Path) -> Result<Vec<String>, Error> {
     let bevy = Engine::parse("bevy").map_err(Error::usage)?;
     let usual = Request::of(bevy, folder.join("bevy"), "evening");
     let request = Request { size: Some((32, 32)), tolerance: 1e-2, check: 16, ..usual };
-    // Cubes of 32 texels a side cannot hold the sun: they are taken although they miss the tolerance, where `met` would fail.
+    // Cubes of 32 texels a side cannot hold the sun: they are taken although they miss the tolerance, where
+    // `met` would fail.
     let (mut made, missed) = Filtered::new(request, light, &session.task)?.even_if_missed();
     if let Some(missed) = missed {
         println!("{missed}");

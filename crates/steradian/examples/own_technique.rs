@@ -1,4 +1,5 @@
-//! A technique of one's own beside the reference: diffuse light as a constant and a gradient, four coefficients.
+//! A technique of one's own beside the reference: diffuse light as a constant and a gradient, four
+//! coefficients.
 
 #![allow(clippy::print_stdout, reason = "an example says what it found")]
 

@@ -1,4 +1,5 @@
-//! One bake, and the radiance of batches of points as arrays: what a renderer of one's own calls in every frame.
+//! One bake, and the radiance of batches of points as arrays: what a renderer of one's own calls in every
+//! frame.
 
 #![allow(clippy::print_stdout, reason = "an example says what it found")]
 

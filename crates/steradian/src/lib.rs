@@ -6,9 +6,9 @@
 //! L_o(x, wo) = ∫ L(wi) · V(x, wi) · f(wi, wo) · ⟨n·wi⟩ dwi        [W sr⁻¹ m⁻²]
 //! ```
 //!
-//! Light ([`light`]), reflectance ([`brdf`]) and geometry ([`scene`]) come in; [`techniques`] turn them into small
-//! precomputed data of known error and shade with it; the [`reference`](mod@reference) says what is true; [`render`] makes
-//! pictures.
+//! Light ([`light`]), reflectance ([`brdf`]) and geometry ([`scene`]) come in; [`techniques`] turn them into
+//! small precomputed data of known error and shade with it; the [`reference`](mod@reference) says what is
+//! true; [`render`] makes pictures.
 //!
 //! A [`session`] puts them together: from names to a picture and a certificate.
 //!
@@ -28,8 +28,8 @@
 //! # }
 //! ```
 //!
-//! [`transfer`] holds what geometry does to light, [`relight`] surfaces photographed under many lights. With the feature `gpu`
-//! sessions render on a GPU, with `web` they write pages for browsers.
+//! [`transfer`] holds what geometry does to light, [`relight`] surfaces photographed under many lights. With
+//! the feature `gpu` sessions render on a GPU, with `web` they write pages for browsers.
 //!
 //! `examples/` shows single radiances, engines' files, techniques and reflectances of one's own, and batches.
 

@@ -2,8 +2,9 @@
 //!
 //! A [`Technique`] bakes light, reflectance and geometry each on its own, links them, and shades batches of
 //! points; [`local::LocalTechnique`] shades directional and point lights one by one. [`Erased`] and
-//! [`local::ErasedLocal`] make both types that a list can hold ([`AnyTechnique`], [`local::AnyLocal`]). The techniques
-//! themselves are in the crate `steradian-techniques`; those who only shade with a bake, as renderers do, need this one alone.
+//! [`local::ErasedLocal`] make both types that a list can hold ([`AnyTechnique`], [`local::AnyLocal`]). The
+//! techniques themselves are in the crate `steradian-techniques`; those who only shade with a bake, as
+//! renderers do, need this one alone.
 
 pub mod certify;
 pub mod direct;

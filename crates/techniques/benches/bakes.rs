@@ -1,8 +1,9 @@
-//! How long default bakes take, stage by stage, and as a multiple of the baseline: the transform of the light alone
-//! (spherical harmonics to band 255 of a lat-long image of 512 rows), which every bake needs.
+//! How long default bakes take, stage by stage, and as a multiple of the baseline: the transform of the light
+//! alone (spherical harmonics to band 255 of a lat-long image of 512 rows), which every bake needs.
 //! `cargo bench -p steradian-techniques --bench bakes`
 //!
-//! The light is a sky with a small sun, 1024 × 512. Times are by the clock, on all cores, the least of three runs.
+//! The light is a sky with a small sun, 1024 × 512. Times are by the clock, on all cores, the least of three
+//! runs.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

@@ -1,13 +1,13 @@
-//! Techniques with transfer matrices on a mesh of about 100 000 vertices, one core: vertices a second, bytes, and what
-//! compression loses of what is shaded.
+//! Techniques with transfer matrices on a mesh of about 100 000 vertices, one core: vertices a second, bytes,
+//! and what compression loses of what is shaded.
 //!
 //!     cargo bench -p steradian-techniques --bench matrices [-- WORDS]
 //!
 //! prints the rows whose names hold the words, or all.
 //!
-//! *Frame* is the light of a frame through all that is stored, *shading* every vertex from a view of its own; their sum is
-//! what a turning light and a moving viewer cost. The baseline is the matrices of `prt_glossy` in single precision.
-//! Seconds are those of the processor: other work on the machine does not count.
+//! *Frame* is the light of a frame through all that is stored, *shading* every vertex from a view of its own;
+//! their sum is what a turning light and a moving viewer cost. The baseline is the matrices of `prt_glossy`
+//! in single precision. Seconds are those of the processor: other work on the machine does not count.
 #![expect(clippy::print_stdout, reason = "a benchmark reports")]
 
 use glam::{Mat3, Vec2, Vec3};
@@ -19,7 +19,8 @@ use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{AnyBake, Geometry, Material, PointsBuf, Radiance, Sites, View, find};
 use steradian_testkit::data;
 
-/// Technique, parameters, reflectance, and what is printed of them. The first of a reflectance is the baseline of the others.
+/// Technique, parameters, reflectance, and what is printed of them. The first of a reflectance is the
+/// baseline of the others.
 type Case = (&'static str, &'static [(&'static str, f64)], &'static str, &'static str);
 
 const PHONG: &str = "phong:n=10";
@@ -79,7 +80,8 @@ fn points(mesh: &Mesh) -> PointsBuf {
     q
 }
 
-/// Seconds of a run: the least mean over some tenths of a second, since the kernel counts in steps of milliseconds.
+/// Seconds of a run: the least mean over some tenths of a second, since the kernel counts in steps of
+/// milliseconds.
 fn quickest(mut run: impl FnMut()) -> f64 {
     let mean = |_| {
         let (start, mut runs) = (cpu(), 0);
@@ -160,8 +162,9 @@ fn main() {
     }
 }
 
-/// Matrix radiance transfer without compression, of one channel of reflectance (Lehtinen & Kautz 2003): every vertex has a matrix of 8 × 8
-/// hats by 25 coefficients, of which the four rows around the view are multiplied with light of three channels. Seconds of a frame.
+/// Matrix radiance transfer without compression, of one channel of reflectance (Lehtinen & Kautz 2003): every
+/// vertex has a matrix of 8 × 8 hats by 25 coefficients, of which the four rows around the view are
+/// multiplied with light of three channels. Seconds of a frame.
 fn without_compression(q: &PointsBuf) -> f64 {
     const ROWS: usize = 64;
     let matrices: Vec<[f32; 25]> =

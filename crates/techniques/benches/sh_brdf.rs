@@ -1,6 +1,7 @@
-//! Shading with any reflectance by spherical harmonics, beside the rows of Kautz, Sloan & Snyder 2002, table 1 (Tyra, 100,000
-//! vertices, 2.2 GHz Pentium 4 and Radeon 8500): a million vertices a second on one core, and the times of tables.
-//! `cargo bench -p steradian-techniques --bench sh_brdf [-- WORDS]`: rows whose names hold the words, or all.
+//! Shading with any reflectance by spherical harmonics, beside the rows of Kautz, Sloan & Snyder 2002, table
+//! 1 (Tyra, 100,000 vertices, 2.2 GHz Pentium 4 and Radeon 8500): a million vertices a second on one core,
+//! and the times of tables. `cargo bench -p steradian-techniques --bench sh_brdf [-- WORDS]`: rows whose
+//! names hold the words, or all.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

@@ -2,7 +2,8 @@
 
 use crate::{Card, locals, registry};
 
-/// What every technique says of itself: of those for environments, then of the local ones, in the order of menus.
+/// What every technique says of itself: of those for environments, then of the local ones, in the order of
+/// menus.
 pub fn cards() -> impl Iterator<Item = &'static Card> {
     registry().iter().map(|t| t.card()).chain(locals().iter().map(|t| t.card()))
 }
@@ -100,7 +101,8 @@ fn works() -> Vec<Work> {
     out
 }
 
-/// The works that the techniques come from as BibTeX, with the techniques in their notes, and Steradian itself.
+/// The works that the techniques come from as BibTeX, with the techniques in their notes, and Steradian
+/// itself.
 pub fn bibtex() -> String {
     let version = env!("CARGO_PKG_VERSION");
     let own = format!(

@@ -1,7 +1,8 @@
-//! Published techniques, one module each, behind the interface of `steradian-technique`, all of which is here too.
+//! Published techniques, one module each, behind the interface of `steradian-technique`, all of which is here
+//! too.
 //!
-//! [`registry`] lists those for all light without their types ([`AnyTechnique`], [`AnyBake`]), [`locals`] those for directional and
-//! point lights ([`AnyLocal`]); commands and windows know no technique by name.
+//! [`registry`] lists those for all light without their types ([`AnyTechnique`], [`AnyBake`]), [`locals`]
+//! those for directional and point lights ([`AnyLocal`]); commands and windows know no technique by name.
 
 mod bibliography;
 mod registry;

@@ -11,7 +11,8 @@ use crate::rooms::{
 };
 use crate::{AnyLocal, AnyTechnique, Erased};
 
-// Static, not constant: a constant, and with it all techniques, would be compiled again in each crate that reads it.
+// Static, not constant: a constant, and with it all techniques, would be compiled again in each crate that
+// reads it.
 static TECHNIQUES: &[&dyn AnyTechnique] = &[
     &Erased::<mirror_map::MirrorMap>::new(),
     &Erased::<sh_irradiance::ShIrradiance>::new(),

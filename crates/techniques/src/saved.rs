@@ -209,7 +209,8 @@ impl SavedBake {
         })
     }
 
-    /// The reflectance that the file names; `None` where that needs files that it does not keep: it opens none.
+    /// The reflectance that the file names; `None` where that needs files that it does not keep: it opens
+    /// none.
     pub fn brdf(&self) -> Option<SharedBrdf> {
         let files = self.made.held.as_deref().map_or(Files::None, Files::Held);
         parse_with(&self.made.brdf, files).ok()
@@ -307,7 +308,8 @@ pub fn seal(tensors: &mut TensorFile) {
     tensors.metadata.insert(DIGEST.into(), digest);
 }
 
-/// Is it what was written? Files that say what they were made of have a digest; a bare [`AnyBake::save`] has neither.
+/// Is it what was written? Files that say what they were made of have a digest; a bare [`AnyBake::save`] has
+/// neither.
 fn is_whole(t: &TensorFile) -> bool {
     match t.metadata.get(DIGEST) {
         Some(d) => *d == digest(t),

@@ -1,7 +1,8 @@
 //! The checks that every registered technique gets without asking, as its Card's claims make them meaningful.
 //!
-//! What a Card waives is printed with its reason. `STERADIAN_BLESS=1 cargo test -p steradian-techniques --test
-//! conformance` records the error table anew; `STERADIAN_TECHNIQUES=split_sum,shrm` puts these techniques alone to most checks.
+//! What a Card waives is printed with its reason.
+//! `STERADIAN_BLESS=1 cargo test -p steradian-techniques --test conformance` records the error table anew;
+//! `STERADIAN_TECHNIQUES=split_sum,shrm` puts these techniques alone to most checks.
 
 #![expect(clippy::print_stdout, reason = "tests report what they leave out and what they measure")]
 
@@ -141,8 +142,8 @@ const RECORDED: usize = 64;
 /// Points of each kind where they are recorded, more where fewer leave a standard error above 5 %.
 const PRECISE: [usize; 3] = [256, 1024, 4096];
 
-/// Elsewhere the error is the recorded one: worse fails, and so does better that nobody explains. Points are of the kinds
-/// that certificates look at, others of them: uniform ones alone hardly see a sun.
+/// Elsewhere the error is the recorded one: worse fails, and so does better that nobody explains. Points are
+/// of the kinds that certificates look at, others of them: uniform ones alone hardly see a sun.
 #[test]
 fn errors_are_the_recorded_ones() {
     let mut lines = Vec::new();

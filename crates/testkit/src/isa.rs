@@ -3,10 +3,10 @@
 use std::process::Command;
 use steradian_simd::Isa;
 
-/// Runs a test once for each instruction set that the machine has. `STERADIAN_ISA` is read once in a process, so each
-/// gets a process of its own, this test's binary with this test alone. Call it with a closure that is written in the
-/// test itself: the closure's type tells the test's name. Where `STERADIAN_ISA` is set already, and where there is but
-/// one instruction set, the test runs here.
+/// Runs a test once for each instruction set that the machine has. `STERADIAN_ISA` is read once in a process,
+/// so each gets a process of its own, this test's binary with this test alone. Call it with a closure that is
+/// written in the test itself: the closure's type tells the test's name. Where `STERADIAN_ISA` is set
+/// already, and where there is but one instruction set, the test runs here.
 ///
 /// # Panics
 /// If the test fails on any of them.

@@ -19,8 +19,8 @@ impl Mutator {
         (self.0 >> 33) as usize % n.max(1)
     }
 
-    /// `bytes` with one to four faults: flipped bits, changed bytes and digits, numbers set to extremes, pieces that are
-    /// cut, doubled, or come from `other`, an end that is missing.
+    /// `bytes` with one to four faults: flipped bits, changed bytes and digits, numbers set to extremes,
+    /// pieces that are cut, doubled, or come from `other`, an end that is missing.
     pub fn damage(&mut self, bytes: &[u8], other: &[u8]) -> Vec<u8> {
         let mut out = bytes.to_vec();
         for _ in 0..=self.below(4) {

@@ -7,7 +7,8 @@ use steradian_scene::{Mesh, load};
 use steradian_testkit::data;
 use steradian_transfer::{Scene, Settings, Site, transfer};
 
-/// Seconds of processors that this process has used (Linux; 0 elsewhere): other work on the machine does not count.
+/// Seconds of processors that this process has used (Linux; 0 elsewhere): other work on the machine does not
+/// count.
 fn cpu() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();

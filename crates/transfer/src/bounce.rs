@@ -1,8 +1,8 @@
 //! Light that the mesh reflects to itself: each further scattering event is a gathering of the one before.
 //!
-//! t⁽ᵏ⁺¹⁾(x) = t(x) + ∫ (1 − V(w)) (n·w)₊ (ρ/π) t⁽ᵏ⁾(x'(w)) dw, x' the point that is hit, ρ its albedo (Sloan, Kautz &
-//! Snyder 2002, *Precomputed Radiance Transfer*, section 4). t at a hit is interpolated between the corners of its
-//! triangle; surfaces seen from behind are black.
+//! t⁽ᵏ⁺¹⁾(x) = t(x) + ∫ (1 − V(w)) (n·w)₊ (ρ/π) t⁽ᵏ⁾(x'(w)) dw, x' the point that is hit, ρ its albedo
+//! (Sloan, Kautz & Snyder 2002, *Precomputed Radiance Transfer*, section 4). t at a hit is interpolated
+//! between the corners of its triangle; surfaces seen from behind are black.
 
 use crate::grid::{direction, jitter, place};
 use crate::links::faces;
@@ -18,8 +18,8 @@ const LEVELS: std::ops::RangeInclusive<u32> = 5..=8;
 /// Jitter of its own, beside that of visibility.
 const SEED: u32 = 0x8000_0000;
 
-/// A point that a site sees: its triangle, the weights of the second and third corner, and its share of the site's
-/// gathering without albedo, (n·w) dω/π.
+/// A point that a site sees: its triangle, the weights of the second and third corner, and its share of the
+/// site's gathering without albedo, (n·w) dω/π.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Seen {
     triangle: u32,
@@ -83,8 +83,9 @@ fn spread(t: &[f32], bands: usize, channels: usize) -> Vec<f32> {
 }
 
 impl Gather<'_> {
-    /// `own` and what `sites` gather of the vertices' vectors `from`, with the standard errors of the gathering. Where
-    /// `adapt` is set, grids are refined until these are within their share of the tolerance.
+    /// `own` and what `sites` gather of the vertices' vectors `from`, with the standard errors of the
+    /// gathering. Where `adapt` is set, grids are refined until these are within their share of the
+    /// tolerance.
     fn gather(
         &self,
         sites: &[Site],

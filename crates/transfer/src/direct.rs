@@ -122,8 +122,8 @@ impl Plan<'_> {
         out
     }
 
-    /// What is blocked is summed about the normal, turned to the world, and taken off the closed form of the open
-    /// hemisphere.
+    /// What is blocked is summed about the normal, turned to the world, and taken off the closed form of the
+    /// open hemisphere.
     fn site(&self, index: u32, site: &Site, scratch: &mut Scratch, out: &mut Block) {
         let (cosine, plain) = (self.settings.bands.pow(2), self.settings.wide().pow(2));
         let start = out.values.len();

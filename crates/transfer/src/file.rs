@@ -41,9 +41,10 @@ const RAYS: &str = "steradian.rays";
 
 /// Transfer with what it was made of, as a file holds it.
 ///
-/// Tensors: `t` (sites, channels, bands²), `v` (sites, wide²), `ao` (sites), `bent` (sites, 3), `error` (sites, 2), and
-/// where it was asked for `h` (sites, bands²), visibility by least squares over the hemisphere. Beside them a file may have `m`
-/// (sites, bands², bands²), the matrices of glossy transfer ([`Saved::matrices`]).
+/// Tensors: `t` (sites, channels, bands²), `v` (sites, wide²), `ao` (sites), `bent` (sites, 3), `error`
+/// (sites, 2), and where it was asked for `h` (sites, bands²), visibility by least squares over the
+/// hemisphere. Beside them a file may have `m` (sites, bands², bands²), the matrices of glossy transfer
+/// ([`Saved::matrices`]).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Saved {
     /// The data.
@@ -80,8 +81,8 @@ impl Saved {
         }
     }
 
-    /// Projects visibility by least squares: [`Recovery::over_hemisphere`], damped by the tolerance, 1e-3 at least. `sites` are
-    /// those of the transfer.
+    /// Projects visibility by least squares: [`Recovery::over_hemisphere`], damped by the tolerance, 1e-3 at
+    /// least. `sites` are those of the transfer.
     ///
     /// # Errors
     /// If the task was cancelled.
@@ -106,8 +107,8 @@ impl Saved {
         done
     }
 
-    /// The matrices of glossy transfer at `sites`, those of the transfer, whose visibility has 2·bands − 1 bands: bands⁴ numbers a
-    /// site, made for some sites at a time.
+    /// The matrices of glossy transfer at `sites`, those of the transfer, whose visibility has 2·bands − 1
+    /// bands: bands⁴ numbers a site, made for some sites at a time.
     pub fn matrices(&self, sites: &[Site]) -> impl Iterator<Item = Vec<f32>> {
         const SITES: usize = 64;
         let products = Products::new(self.transfer.bands);

@@ -1,9 +1,10 @@
 //! The hemisphere as a square: a map of known density, and cells of it at every power of two.
 //!
-//! A point of the unit square goes to the unit disk by the concentric map (Shirley & Chiu 1997, "A Low Distortion
-//! Map Between Disk and Square") and from there to a height z with density proportional to z + c: between uniform
-//! in solid angle, which integrals of V alone want, and cosine-weighted, which integrals of V (n·w) want. Cells are
-//! numbered along Morton's curve, so that the children of cell i are 4i … 4i + 3 and neighbours are near.
+//! A point of the unit square goes to the unit disk by the concentric map (Shirley & Chiu 1997, "A Low
+//! Distortion Map Between Disk and Square") and from there to a height z with density proportional to z + c:
+//! between uniform in solid angle, which integrals of V alone want, and cosine-weighted, which integrals of V
+//! (n·w) want. Cells are numbered along Morton's curve, so that the children of cell i are 4i … 4i + 3 and
+//! neighbours are near.
 
 use glam::Vec3;
 use std::f32::consts::FRAC_PI_4;

@@ -1,19 +1,22 @@
-//! From geometry to light transport: what each site of a mesh sees, and how light from far away reaches it, straight
-//! and by reflection.
+//! From geometry to light transport: what each site of a mesh sees, and how light from far away reaches it,
+//! straight and by reflection.
 //!
-//! A *site* is a point with a normal: a vertex, a texel of an atlas, or any point that is given. With V(w) = 1 where
-//! nothing stands in direction w and 0 elsewhere, and y_i the real spherical harmonics over world axes, a site gets
+//! A *site* is a point with a normal: a vertex, a texel of an atlas, or any point that is given. With V(w) =
+//! 1 where nothing stands in direction w and 0 elsewhere, and y_i the real spherical harmonics over world
+//! axes, a site gets
 //!
-//! - ambient occlusion ao = (1/π) ∫ V (n·w)₊ dw (Kautz 2004, *Hardware Lighting and Shading: a Survey*, eq. 6);
-//! - the diffuse transfer vector t_i = ∫ V (n·w)₊ y_i dw, without albedo and without 1/π (Sloan, Kautz & Snyder 2002,
-//!   *Precomputed Radiance Transfer*), and on request with the light that other parts of the mesh reflect to it;
-//! - its visibility v_i = ∫ V y_i dw over n·w > 0 (Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility
-//!   Approximations for Environment Map Rendering*, 3.3), of which bent normals and the matrices of glossy transfer
-//!   are made ([`Products`]); or what t alone tells of it ([`Recovery`]).
+//! - ambient occlusion ao = (1/π) ∫ V (n·w)₊ dw (Kautz 2004, *Hardware Lighting and Shading: a Survey*,
+//!   eq. 6);
+//! - the diffuse transfer vector t_i = ∫ V (n·w)₊ y_i dw, without albedo and without 1/π (Sloan, Kautz &
+//!   Snyder 2002, *Precomputed Radiance Transfer*), and on request with the light that other parts of the
+//!   mesh reflect to it;
+//! - its visibility v_i = ∫ V y_i dw over n·w > 0 (Green, Kautz & Durand 2007, *Efficient Reflectance and
+//!   Visibility Approximations for Environment Map Rendering*, 3.3), of which bent normals and the matrices
+//!   of glossy transfer are made ([`Products`]); or what t alone tells of it ([`Recovery`]).
 //!
-//! Rays start at p + offset·n and both sides of a triangle block. Accuracy is an argument: a site is given rays until
-//! two standard errors of each coefficient of t are below the tolerance, and of v below five times that
-//! ([`Settings::tolerance`]). All results have the same bits whatever the number of threads.
+//! Rays start at p + offset·n and both sides of a triangle block. Accuracy is an argument: a site is given
+//! rays until two standard errors of each coefficient of t are below the tolerance, and of v below five times
+//! that ([`Settings::tolerance`]). All results have the same bits whatever the number of threads.
 
 mod bounce;
 mod direct;
@@ -76,7 +79,8 @@ pub struct Settings {
     pub offset: f32,
     /// Keep v in 2·bands − 1 bands, of which the matrices of glossy transfer are made.
     pub matrices: bool,
-    /// Scattering events at surfaces: 1 is direct light alone, and every further one is a reflection from the mesh.
+    /// Scattering events at surfaces: 1 is direct light alone, and every further one is a reflection from the
+    /// mesh.
     pub bounces: u32,
     /// Albedo of each material slot of the mesh, for reflections; the last goes on for slots beyond it.
     pub albedo: Vec<[f64; 3]>,
@@ -109,8 +113,9 @@ impl Settings {
         if self.matrices { 2 * self.bands - 1 } else { self.bands }
     }
 
-    /// What two standard errors of direct light, and of what is reflected, stay within: 0.8 and 0.6 of the tolerance together make all
-    /// of it, since they are independent. (With all of it for each, some sites missed it by a few percent.)
+    /// What two standard errors of direct light, and of what is reflected, stay within: 0.8 and 0.6 of the
+    /// tolerance together make all of it, since they are independent. (With all of it for each, some sites
+    /// missed it by a few percent.)
     fn shares(&self) -> [f64; 2] {
         if self.bounces > 1 { [0.8 * self.tolerance, 0.6 * self.tolerance] } else { [self.tolerance, 0.0] }
     }
@@ -180,8 +185,8 @@ pub struct Transfer {
     pub v: Vec<f32>,
     /// (1/π) ∫ V (n·w)₊ dw of each site.
     pub ao: Vec<f32>,
-    /// Estimated error of each site's coefficients, of t and of v: two standard errors of a harmonic that is everywhere as
-    /// large as one of its band can be, which few coefficients reach.
+    /// Estimated error of each site's coefficients, of t and of v: two standard errors of a harmonic that is
+    /// everywhere as large as one of its band can be, which few coefficients reach.
     pub error: Vec<[f32; 2]>,
     /// Sites from which nothing is visible: all their coefficients are zero.
     pub enclosed: Vec<u32>,
@@ -212,8 +217,8 @@ impl Transfer {
         &self.v[site * n..][..n]
     }
 
-    /// The mean direction in which a site sees out, ∫ V w dw made unit; the zero vector where it sees nothing or has
-    /// fewer than two bands.
+    /// The mean direction in which a site sees out, ∫ V w dw made unit; the zero vector where it sees nothing
+    /// or has fewer than two bands.
     pub fn bent_normal(&self, site: usize) -> [f32; 3] {
         // y, z, x are the harmonics of band 1, but for a factor.
         match self.visibility(site) {
@@ -243,11 +248,12 @@ pub fn key(scene: &Scene<'_>, sites: &[Site], settings: &Settings) -> String {
     Input::of(std::path::Path::new(""), &bytes).sha256
 }
 
-/// Light transport at `sites`. Blocks that `store` has are taken from it, and those that are computed are written to it.
+/// Light transport at `sites`. Blocks that `store` has are taken from it, and those that are computed are
+/// written to it.
 ///
 /// # Errors
-/// Settings out of range, sites that are none, too little memory, a store that cannot be written, or the task was
-/// cancelled.
+/// Settings out of range, sites that are none, too little memory, a store that cannot be written, or the task
+/// was cancelled.
 pub fn transfer(
     scene: &Scene<'_>,
     sites: &[Site],

@@ -1,9 +1,10 @@
-//! Links: which point of a mesh each site sees along fixed directions (Daubert, Heidrich, Kautz, Dischler & Seidel 2003, *Efficient
-//! Light Transport Using Precomputed Visibility*; Carr, Hall & Hart 2003, *GPU Algorithms for Radiosity and Subsurface Scattering*;
-//! Kautz 2004 (STAR), 6.4.3).
+//! Links: which point of a mesh each site sees along fixed directions (Daubert, Heidrich, Kautz, Dischler &
+//! Seidel 2003, *Efficient Light Transport Using Precomputed Visibility*; Carr, Hall & Hart 2003, *GPU
+//! Algorithms for Radiosity and Subsurface Scattering*; Kautz 2004 (STAR), 6.4.3).
 //!
-//! All sites have the same directions, in the mesh's own axes, so that what arrives along one of them may be interpolated between
-//! sites. Light and reflectance are no part of the links. Surfaces that are seen from behind count as not seen.
+//! All sites have the same directions, in the mesh's own axes, so that what arrives along one of them may be
+//! interpolated between sites. Light and reflectance are no part of the links. Surfaces that are seen from
+//! behind count as not seen.
 
 use crate::{Scene, Site, TransferError, memory};
 use glam::Vec3;
@@ -35,8 +36,8 @@ pub struct Links {
 }
 
 impl Links {
-    /// The links of `sites` along unit `directions`, of which a site sees nothing along those below it; rays start `offset` off the
-    /// surface.
+    /// The links of `sites` along unit `directions`, of which a site sees nothing along those below it; rays
+    /// start `offset` off the surface.
     ///
     /// # Errors
     /// If a site has no unit normal, if they do not fit the memory, or if the task is cancelled.
@@ -121,8 +122,8 @@ mod tests {
         Site { p: t.iter().map(|k| mesh.positions[*k]).sum::<Vec3>() / 3.0, n: mesh.normals[t[0]] }
     }
 
-    /// Opposite walls of a cube have the form factor 0.199825, neighbours 0.200044 (Howell, C-11 and C-14); all of what a wall
-    /// sees is walls.
+    /// Opposite walls of a cube have the form factor 0.199825, neighbours 0.200044 (Howell, C-11 and C-14);
+    /// all of what a wall sees is walls.
     #[test]
     fn a_boxs_walls_have_their_form_factors() {
         let mesh = inside();

@@ -4,11 +4,11 @@ use steradian_parallel::prelude::*;
 use steradian_sphere::quadrature::product_sphere;
 use steradian_sphere::sh;
 
-/// The integrals Γ_ijk = ∫ y_i y_j y_k dw of three harmonics, those that are not zero: i, j in `bands` bands and k in
-/// 2·bands − 1, which is all that a product of two can hold.
+/// The integrals Γ_ijk = ∫ y_i y_j y_k dw of three harmonics, those that are not zero: i, j in `bands` bands
+/// and k in 2·bands − 1, which is all that a product of two can hold.
 ///
-/// With them the matrix M_ij = ∫ V y_i y_j dw of a visibility V is Σ_k Γ_ijk V_k, exactly, of the 2·bands − 1 bands of
-/// V alone.
+/// With them the matrix M_ij = ∫ V y_i y_j dw of a visibility V is Σ_k Γ_ijk V_k, exactly, of the 2·bands − 1
+/// bands of V alone.
 pub struct Products {
     bands: usize,
     /// j, k, Γ of each i, for j ≤ i.
@@ -82,8 +82,8 @@ impl Products {
         out
     }
 
-    /// The transfer matrix of a site: what its visibility v (of n·w > 0) blocks is taken off the identity. Directions
-    /// below the horizon count as open: reflectance is zero there.
+    /// The transfer matrix of a site: what its visibility v (of n·w > 0) blocks is taken off the identity.
+    /// Directions below the horizon count as open: reflectance is zero there.
     pub fn transfer(&self, n: glam::DVec3, v: &[f32]) -> Vec<f64> {
         let order = 2 * (self.bands - 1);
         let mut y = vec![0.0; sh::count(order)];

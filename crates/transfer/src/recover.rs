@@ -1,19 +1,23 @@
 //! Visibility from diffuse transfer.
 //!
-//! Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for Environment Map Rendering*, 3.3.1: where a
-//! site has its diffuse transfer vector, t_i = ∫ V (n·w)₊ y_i dw, "the same data can be reused for the visibility of the glossy
-//! component", by dividing the cosine out. Three ways to do so, for a direction w above the horizon:
+//! Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for Environment Map
+//! Rendering*, 3.3.1: where a site has its diffuse transfer vector, t_i = ∫ V (n·w)₊ y_i dw, "the same data
+//! can be reused for the visibility of the glossy component", by dividing the cosine out. Three ways to do
+//! so, for a direction w above the horizon:
 //!
-//! - [`divided`]: V(w) = Σ t_i y_i(w)/(n·w), the paper's words. The series does not vanish at the horizon as the cosine
-//!   does, and the quotient has no bound there;
-//! - [`share`]: V(w) = Σ t_i y_i(w)/Σ o_i y_i(w), o the transfer vector of an open site: exactly 1 where nothing is blocked;
-//! - [`Recovery`]: the coefficients c of the visibility that is nearest to V where the cosine counts,
-//!   min ∫ (n·w)₊ (V − Σ c_i y_i)² dw, whose normal equations need t alone: **M c = t, M_ij = ∫ (n·w)₊ y_i y_j dw**. What light
-//!   blocks is solved for, 1 − V, so that an open site is exactly open, and ε is added to the diagonal: eigenvalues of M fall to
-//!   3e-5 at four bands, and an error of t would be multiplied by their inverses.
+//! - [`divided`]: V(w) = Σ t_i y_i(w)/(n·w), the paper's words. The series does not vanish at the horizon as
+//!   the cosine does, and the quotient has no bound there;
+//! - [`share`]: V(w) = Σ t_i y_i(w)/Σ o_i y_i(w), o the transfer vector of an open site: exactly 1 where
+//!   nothing is blocked;
+//! - [`Recovery`]: the coefficients c of the visibility that is nearest to V where the cosine counts, min ∫
+//!   (n·w)₊ (V − Σ c_i y_i)² dw, whose normal equations need t alone: **M c = t, M_ij = ∫ (n·w)₊ y_i y_j
+//!   dw**. What light blocks is solved for, 1 − V, so that an open site is exactly open, and ε is added to
+//!   the diagonal: eigenvalues of M fall to 3e-5 at four bands, and an error of t would be multiplied by
+//!   their inverses.
 //!
 //! Where v_i = ∫ V y_i dw is known, the same is done with the weight 1 in place of the cosine
-//! ([`Recovery::over_hemisphere`]): the series of v itself is that of a function that ends at the horizon, which no few bands hold.
+//! ([`Recovery::over_hemisphere`]): the series of v itself is that of a function that ends at the horizon,
+//! which no few bands hold.
 
 use crate::Products;
 use glam::DVec3;
@@ -31,8 +35,8 @@ fn series(t: &[f32], w: DVec3) -> f64 {
     harmonics(t, w).iter().zip(t).map(|(y, t)| y * f64::from(*t)).sum()
 }
 
-/// Visibility of unit `w` from the transfer vector `t` (bands² numbers) of a site of unit normal `n`: its series over the
-/// cosine. 0 below the horizon; not cut to 0 … 1.
+/// Visibility of unit `w` from the transfer vector `t` (bands² numbers) of a site of unit normal `n`: its
+/// series over the cosine. 0 below the horizon; not cut to 0 … 1.
 pub fn divided(n: DVec3, t: &[f32], w: DVec3) -> f64 {
     let cosine = n.dot(w);
     if cosine > 0.0 { series(t, w) / cosine } else { 0.0 }
@@ -56,7 +60,8 @@ pub struct Recovery {
 }
 
 impl Recovery {
-    /// For vectors of `bands` bands. `ridge` is ε, 1e-6 to 1: at about the error of t it damps what the error would make.
+    /// For vectors of `bands` bands. `ridge` is ε, 1e-6 to 1: at about the error of t it damps what the error
+    /// would make.
     pub fn new(bands: usize, ridge: f64) -> Self {
         Self::weighed(bands, sh::zonal::cosine(2 * (bands.max(1) - 1)), ridge)
     }
@@ -71,8 +76,8 @@ impl Recovery {
         Self { products: Products::new(bands.max(1)), weight, ridge: ridge.clamp(1e-6, 1.0) }
     }
 
-    /// c of a site of unit normal `n` and transfer vector `t` (bands² numbers; v for [`Recovery::over_hemisphere`]):
-    /// V(w) ≈ Σ c_i y_i(w) for n·w > 0. It means nothing below the horizon.
+    /// c of a site of unit normal `n` and transfer vector `t` (bands² numbers; v for
+    /// [`Recovery::over_hemisphere`]): V(w) ≈ Σ c_i y_i(w) for n·w > 0. It means nothing below the horizon.
     ///
     /// # Panics
     /// If `t` is of another length.
@@ -136,7 +141,8 @@ mod tests {
         }
     }
 
-    /// Visibility that the bands hold comes back; that of half a hemisphere is nearer by least squares than by division.
+    /// Visibility that the bands hold comes back; that of half a hemisphere is nearer by least squares than
+    /// by division.
     #[test]
     fn visibility_comes_back() {
         let n = DVec3::new(0.5, 0.6, -0.4).normalize();

@@ -1,9 +1,9 @@
-//! A mesh divided where transfer varies between its vertices, so that interpolation over triangles is right (Křivánek,
-//! Pattanaik & Žára 2004, *Adaptive Mesh Subdivision for Precomputed Radiance Transfer*).
+//! A mesh divided where transfer varies between its vertices, so that interpolation over triangles is right
+//! (Křivánek, Pattanaik & Žára 2004, *Adaptive Mesh Subdivision for Precomputed Radiance Transfer*).
 //!
-//! An edge is halved where the transfer vector of its middle is far from the mean of those of its ends. What stands on a
-//! large triangle may leave all middles of edges as they are: near the object no edge stays longer than
-//! [`Refinement::coarsest`], whatever its middle says.
+//! An edge is halved where the transfer vector of its middle is far from the mean of those of its ends. What
+//! stands on a large triangle may leave all middles of edges as they are: near the object no edge stays
+//! longer than [`Refinement::coarsest`], whatever its middle says.
 
 use crate::{Scene, Settings, Site, TransferError, direct};
 use glam::Vec3;
@@ -19,7 +19,8 @@ pub struct Refinement {
     pub tolerance: f64,
     /// Length of edges that are halved untested near the object, over its diagonal.
     pub coarsest: f32,
-    /// Length of edges of the mesh that are tested, over the diagonal; shorter ones stay as they were modelled.
+    /// Length of edges of the mesh that are tested, over the diagonal; shorter ones stay as they were
+    /// modelled.
     pub given: f32,
     /// Length of edges that are left as they are, over the diagonal.
     pub finest: f32,
@@ -34,17 +35,18 @@ impl Default for Refinement {
     }
 }
 
-/// Bands of the vectors that are compared: what is left out of a clamped cosine is 1 % (Ramamoorthi & Hanrahan 2001).
+/// Bands of the vectors that are compared: what is left out of a clamped cosine is 1 % (Ramamoorthi &
+/// Hanrahan 2001).
 const BANDS: usize = 3;
 /// |t| of an open hemisphere in these bands: √Σ A_l² (2l + 1)/4π with A = π, 2π/3, π/4.
 const OPEN: f64 = 1.441;
-/// Rays of each vector that is compared: what such a grid leaves of an edge of shadow stays well below what is asked for, where
-/// 256 rays mark edges for their noise alone.
+/// Rays of each vector that is compared: what such a grid leaves of an edge of shadow stays well below what
+/// is asked for, where 256 rays mark edges for their noise alone.
 const RAYS: u32 = 1024;
 
-/// `mesh` with edges halved where transfer varies between their ends. `object` are the corners of the box of what is
-/// looked at, where a ground reaches far beyond it; else the mesh's own. With `slots` only triangles in these are divided, and
-/// what borders on them.
+/// `mesh` with edges halved where transfer varies between their ends. `object` are the corners of the box of
+/// what is looked at, where a ground reaches far beyond it; else the mesh's own. With `slots` only triangles
+/// in these are divided, and what borders on them.
 ///
 /// # Errors
 /// A mesh without triangles, too little memory, or the task was cancelled.
@@ -172,8 +174,8 @@ mod tests {
     use glam::{Affine3A, Vec3Swizzles};
     use steradian_scene::shapes;
 
-    /// A ball on a plate of two triangles: the plate is divided about the ball and little elsewhere, and interpolated
-    /// transfer is then near that of rays; a lone plate stays coarse.
+    /// A ball on a plate of two triangles: the plate is divided about the ball and little elsewhere, and
+    /// interpolated transfer is then near that of rays; a lone plate stays coarse.
     #[test]
     fn a_plate_is_divided_where_something_stands_on_it() {
         let ball = shapes::icosphere(4).transformed(&Affine3A::from_translation(Vec3::Y));

@@ -49,8 +49,8 @@ impl Site {
         all
     }
 
-    /// The texels of an atlas of `width` × `height` over the mesh's texture coordinates, rows from the top: where a
-    /// texel's centre lies in a triangle, that point of it. Other texels are absent.
+    /// The texels of an atlas of `width` × `height` over the mesh's texture coordinates, rows from the top:
+    /// where a texel's centre lies in a triangle, that point of it. Other texels are absent.
     pub fn texels(mesh: &Mesh, width: usize, height: usize) -> (Vec<Self>, Atlas) {
         let mut sites = vec![Self { p: Vec3::ZERO, n: Vec3::ZERO }; width * height];
         let mut atlas = Atlas::default();

@@ -1,8 +1,9 @@
-//! Finished parts of a computation in a file beside its output, so that an interrupted one goes on where it was.
+//! Finished parts of a computation in a file beside its output, so that an interrupted one goes on where it
+//! was.
 //!
-//! The file begins with a key, the digest of everything that the parts depend on; a file of another key is begun
-//! anew. Parts follow in the order in which they were finished, each with its length, a checksum and its number; what was
-//! written in part is cut off. [`crate::transfer`] keeps blocks of sites.
+//! The file begins with a key, the digest of everything that the parts depend on; a file of another key is
+//! begun anew. Parts follow in the order in which they were finished, each with its length, a checksum and
+//! its number; what was written in part is cut off. [`crate::transfer`] keeps blocks of sites.
 
 use crate::TransferError;
 use crate::direct::Block;

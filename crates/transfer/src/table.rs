@@ -4,8 +4,8 @@ use crate::grid::{LIFT, MEASURE, direction, place, start};
 use steradian_parallel::prelude::*;
 use steradian_sphere::sh;
 
-/// For each cell of each level: ∫ (n·w) y_i dw for the first `bands`² harmonics about the normal, then ∫ y_i dw for
-/// the first `wide`². A cell's are the sums of its children's.
+/// For each cell of each level: ∫ (n·w) y_i dw for the first `bands`² harmonics about the normal, then ∫ y_i
+/// dw for the first `wide`². A cell's are the sums of its children's.
 pub struct Table {
     /// Level of the finest cells: 4^level of them.
     pub level: u32,
@@ -28,7 +28,8 @@ impl Table {
         fine.par_chunks_mut(width).zip(&mut weights).enumerate().for_each(|(i, (row, weight))| {
             let [x, y] = place(i as u32);
             let mut values = vec![0.0; cosine.max(plain)];
-            // Gauss's two points an axis, of parts of the cell where it is near the horizon: weights vary most there.
+            // Gauss's two points an axis, of parts of the cell where it is near the horizon: weights vary
+            // most there.
             let near = |k: u32| k.min(side - 1 - k) < 4;
             let parts = if near(x) || near(y) { 4 } else { 1 };
             let gauss = |k: u32, n: u32| {
@@ -86,8 +87,8 @@ impl Table {
     }
 }
 
-/// ∫ (n·w) dw and ∫ dw of a cell that is small: by Gauss's two points an axis near the horizon, where weights vary, so that
-/// the parts of a cell make the whole; else by its centre.
+/// ∫ (n·w) dw and ∫ dw of a cell that is small: by Gauss's two points an axis near the horizon, where weights
+/// vary, so that the parts of a cell make the whole; else by its centre.
 #[inline(always)]
 pub fn finer_weight(level: u32, cell: u32) -> [f32; 2] {
     let ([x, y], side) = (place(cell), 1u32 << level);

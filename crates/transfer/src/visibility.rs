@@ -1,18 +1,21 @@
 //! What a site sees: cells of the hemisphere, refined where neighbours differ.
 //!
-//! Every cell of a regular grid gets one ray at a random place in it. Cells that do not agree with their neighbours
-//! are divided in four, each with a ray of its own, and so on until the estimate of the error is small enough.
-//! Boundaries of length s in cells of side h leave an error of order √(s h³); the grid alone would take the square of
-//! the rays.
+//! Every cell of a regular grid gets one ray at a random place in it. Cells that do not agree with their
+//! neighbours are divided in four, each with a ray of its own, and so on until the estimate of the error is
+//! small enough. Boundaries of length s in cells of side h leave an error of order √(s h³); the grid alone
+//! would take the square of the rays.
 //!
 //! Surfaces that touch leave gaps far thinner than a cell. Four rules find them:
 //!
-//! - which cells are divided follows from their sizes and from which kinds of rays there are nearby, never from what a
-//!   cell's own ray saw: to divide cells with an odd ray, and to keep those that happen to agree, closes every thin gap;
-//! - a cell that was left undivided is looked at again once a finer one beside it sees otherwise, so that a gap is
-//!   followed along its way, and short boundaries are followed to fine cells whatever the estimate says;
+//! - which cells are divided follows from their sizes and from which kinds of rays there are nearby, never
+//!   from what a cell's own ray saw: to divide cells with an odd ray, and to keep those that happen to agree,
+//!   closes every thin gap;
+//! - a cell that was left undivided is looked at again once a finer one beside it sees otherwise, so that a
+//!   gap is followed along its way, and short boundaries are followed to fine cells whatever the estimate
+//!   says;
 //! - where something is blocked, large cells are divided even if all agree;
-//! - along the horizon, where gaps of touching surfaces lie, cells get rays more at heights that a random one seldom has.
+//! - along the horizon, where gaps of touching surfaces lie, cells get rays more at heights that a random one
+//!   seldom has.
 //!
 //! What is smaller than a cell of the first grid and stands alone may still be missed.
 
@@ -38,11 +41,13 @@ const BLOCKED: u8 = 8;
 const DIVIDED: u8 = 16;
 /// It was left as it is, since all around see the same.
 const SETTLED: u8 = 32;
-/// Variance of a random ray in a cell with neighbours of both kinds, on average over them: f (1 − f) of a cell of which
-/// the share f is open is 1/6 in the mean where a straight boundary crosses it, and 0 where one passes by.
+/// Variance of a random ray in a cell with neighbours of both kinds, on average over them: f (1 − f) of a
+/// cell of which the share f is open is 1/6 in the mean where a straight boundary crosses it, and 0 where one
+/// passes by.
 const SPREAD: f64 = 0.18;
-/// Where anything is blocked, blocked cells, those at boundaries and those at the horizon are divided until the integral of
-/// V over one is this share of the standard error that is asked for: gaps of a few cells are then seen by some ray.
+/// Where anything is blocked, blocked cells, those at boundaries and those at the horizon are divided until
+/// the integral of V over one is this share of the standard error that is asked for: gaps of a few cells are
+/// then seen by some ray.
 const SPECK: f64 = 0.35;
 /// Boundaries of so many cells at most are followed …
 const SHORT: usize = 200;
@@ -54,8 +59,8 @@ const DEPTHS: [f32; 3] = [0.02, 0.07, 0.25];
 /// How much work a site gets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Effort {
-    /// As many rays as this standard error of ∫ V (n·w) y dw, for harmonics of magnitude 1, asks for; integrals of V
-    /// alone get five times that.
+    /// As many rays as this standard error of ∫ V (n·w) y dw, for harmonics of magnitude 1, asks for;
+    /// integrals of V alone get five times that.
     Error(f64),
     /// A grid of 4^level cells, one ray each.
     Level(u32),
@@ -97,7 +102,8 @@ pub struct Blocked {
 
 /// A cell that may be divided.
 struct Open {
-    /// Its variance, in units of what is allowed; 0 where it is left as it is, infinite where it must be divided.
+    /// Its variance, in units of what is allowed; 0 where it is left as it is, infinite where it must be
+    /// divided.
     expected: f32,
     cell: u32,
     variance: [f64; 2],
@@ -240,8 +246,8 @@ impl Scratch {
         }
     }
 
-    /// Settled cells beside those that were just seen, and that see otherwise, are looked at again: a gap that was found
-    /// at one place is followed along its way.
+    /// Settled cells beside those that were just seen, and that see otherwise, are looked at again: a gap
+    /// that was found at one place is followed along its way.
     fn reopen(&mut self, first: u32, level: u32) {
         for k in 0..self.cells.len() {
             let ([x, y], side) = (place(self.cells[k]), 1u32 << level);
@@ -260,8 +266,8 @@ impl Scratch {
         }
     }
 
-    /// Leaves those cells as they are (expected 0) that matter least, such as those near the horizon, as long as their
-    /// variance is within `allowed`.
+    /// Leaves those cells as they are (expected 0) that matter least, such as those near the horizon, as long
+    /// as their variance is within `allowed`.
     fn choose(&mut self, allowed: f64) {
         self.order.clear();
         self.order.extend(self.open.iter().enumerate().map(|(k, o)| (o.expected, k as u32)));
@@ -291,8 +297,8 @@ impl Scratch {
         }
     }
 
-    /// What lies along the horizon is thin where surfaces touch or bend gently: cells there get more rays, at heights that
-    /// a random one would seldom have, which tell whether to divide and count for nothing else.
+    /// What lies along the horizon is thin where surfaces touch or bend gently: cells there get more rays, at
+    /// heights that a random one would seldom have, which tell whether to divide and count for nothing else.
     fn probe_horizon(&mut self, bvh: &Bvh, origin: Vec3, frame: Mat3, first: u32, level: u32) -> usize {
         let (side, scale) = (1u32 << level, 1.0 / (1u32 << level) as f32);
         self.rays.clear();

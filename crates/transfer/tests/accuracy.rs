@@ -23,8 +23,8 @@ fn on_plate(mesh: Mesh) -> Mesh {
     Mesh::merged(&[mesh, shapes::cuboid([1.0; 3], 1).transformed(&map)])
 }
 
-/// t, v (25 each) and ao of one site by `n` directions of a lattice, uniform over the hemisphere: a sampler, a basis and
-/// sums of their own.
+/// t, v (25 each) and ao of one site by `n` directions of a lattice, uniform over the hemisphere: a sampler,
+/// a basis and sums of their own.
 fn independent(bvh: &Bvh, site: &Site, n: usize) -> (Vec<f64>, Vec<f64>, f64) {
     let frame = Frame::from_normal(site.n.as_dvec3().normalize());
     let origin = site.p + 1e-4 * site.n;
@@ -102,7 +102,8 @@ fn the_bunny_on_its_plate_is_within_the_tolerance() {
     }
 }
 
-/// Above every vertex of a convex body V ≡ 1: t_lm = Â_l y_lm(n), v that of the hemisphere, the bent normal the normal.
+/// Above every vertex of a convex body V ≡ 1: t_lm = Â_l y_lm(n), v that of the hemisphere, the bent normal
+/// the normal.
 #[test]
 fn a_convex_body_has_the_closed_forms() {
     let mesh = shapes::icosphere(2);
@@ -159,8 +160,8 @@ fn a_groove_has_its_closed_form() {
     }
 }
 
-/// Under a roof with a slit between the angles a and b from the normal, long in z: ao = ½ (sin b − sin a), and of the
-/// sphere's 4π it shows a lune of 2 (b − a).
+/// Under a roof with a slit between the angles a and b from the normal, long in z: ao = ½ (sin b − sin a),
+/// and of the sphere's 4π it shows a lune of 2 (b − a).
 #[test]
 fn a_thin_gap_is_seen() {
     for from in [0.0f64, 20.0, 50.0, 75.0, 84.0, 88.0, 89.2] {
@@ -185,8 +186,8 @@ fn a_thin_gap_is_seen() {
     }
 }
 
-/// In a white bowl under light from everywhere all is as bright as the light, once all reflections are summed: the
-/// deep groove gets there in steps, none of which overshoots.
+/// In a white bowl under light from everywhere all is as bright as the light, once all reflections are
+/// summed: the deep groove gets there in steps, none of which overshoots.
 #[test]
 fn a_white_furnace_is_reached_from_below() {
     let n = 16;

@@ -79,7 +79,8 @@ const SHEEN: f64 = 0.02;
 pub struct Kernel {
     /// Its family.
     pub family: Family,
-    /// alpha of ggx, beckmann and charlie, exponent of phong, standard deviation of gaussian; 0 where there is none.
+    /// alpha of ggx, beckmann and charlie, exponent of phong, standard deviation of gaussian; 0 where there
+    /// is none.
     pub width: f64,
 }
 

@@ -20,8 +20,8 @@ pub struct Consumer {
 pub enum Law {
     /// GGX with alpha = r².
     Roughness(Curve),
-    /// cmft's Phong: exponent 2^(10 g + 1) + 1, g = 1 − m/L (its --glossScale 10 --glossBias 1, phongbrdf); level 0 may
-    /// be the light as it is (--excludeBase).
+    /// cmft's Phong: exponent 2^(10 g + 1) + 1, g = 1 − m/L (its --glossScale 10 --glossBias 1, phongbrdf);
+    /// level 0 may be the light as it is (--excludeBase).
     Gloss,
 }
 

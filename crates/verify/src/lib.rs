@@ -1,11 +1,12 @@
-//! What a prefiltered file really holds: levels of any tool's file against the light that they were made from.
+//! What a prefiltered file really holds: levels of any tool's file against the light that they were made
+//! from.
 //!
-//! [`check`] takes levels as images over world directions, the kernels that they should hold, and the light; it gives
-//! a [`Report`]. Where a level is off, hypotheses are compared: another orientation, exchanged channels, another
-//! curve or kernel, reduced or clipped light, a factor, an encoding. Each is the exact filter of that hypothesis at a
-//! few hundred texels of every level; free numbers are fitted to one half of the texels and judged on the other. One
-//! is named as the cause only where it explains clearly more than the others do; else the report says that nothing
-//! does, and which come nearest.
+//! [`check`] takes levels as images over world directions, the kernels that they should hold, and the light;
+//! it gives a [`Report`]. Where a level is off, hypotheses are compared: another orientation, exchanged
+//! channels, another curve or kernel, reduced or clipped light, a factor, an encoding. Each is the exact
+//! filter of that hypothesis at a few hundred texels of every level; free numbers are fitted to one half of
+//! the texels and judged on the other. One is named as the cause only where it explains clearly more than the
+//! others do; else the report says that nothing does, and which come nearest.
 //!
 //! What the levels of each engine's files hold is in [`laws`]; how they lie is the crate `engines`'.
 
@@ -45,7 +46,8 @@ pub struct Input<'a> {
     pub lights: &'a Lights,
     /// The convention by which the light was read, to name a turn by.
     pub read: &'static Profile,
-    /// Step of the texels' values where they are whole numbers times max(1, largest channel) of it; 0 for floats.
+    /// Step of the texels' values where they are whole numbers times max(1, largest channel) of it; 0 for
+    /// floats.
     pub step: f64,
 }
 

@@ -75,7 +75,8 @@ pub fn filtered(
     Ok(out)
 }
 
-/// The reference without the negative values that sharp interpolation leaves beside suns, where `image` has none either.
+/// The reference without the negative values that sharp interpolation leaves beside suns, where `image` has
+/// none either.
 fn positive(mut reference: SphereImage, image: &SphereImage) -> SphereImage {
     if image.planes.iter().flatten().all(|v| *v >= 0.0) {
         reference.planes.iter_mut().flatten().for_each(|v| *v = v.max(0.0));

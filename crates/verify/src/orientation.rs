@@ -1,4 +1,5 @@
-//! Which way round a map is: among the 48 symmetries of the cube, turns about +Y, and faces that changed places.
+//! Which way round a map is: among the 48 symmetries of the cube, turns about +Y, and faces that changed
+//! places.
 
 use glam::{DMat3, DVec3};
 use steradian_parallel::prelude::*;
@@ -55,8 +56,8 @@ fn simplicity(g: DMat3) -> f64 {
     g.x_axis.x + g.y_axis.y + g.z_axis.z
 }
 
-/// Brightness on a cube of `side` as x/(1 + x) of twice the median, with mean 0: suns, clamped or clipped or not, do
-/// not decide alone, and a factor changes nothing.
+/// Brightness on a cube of `side` as x/(1 + x) of twice the median, with mean 0: suns, clamped or clipped or
+/// not, do not decide alone, and a factor changes nothing.
 fn features(image: &SphereImage, side: usize) -> Vec<f64> {
     let cube = image.resample(Layout::Cube, side, side);
     let [r, g, b] = &cube.planes;
@@ -134,9 +135,9 @@ pub fn residual(orientation: &Orientation, file: &SphereImage, world: &SphereIma
     if scale > 0.0 { 1.0 - f.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>() / scale } else { 0.0 }
 }
 
-/// Correlation of the details of a map with the world's, under the symmetry of the cube or the turn that suits it best;
-/// `None` where the world has no detail. What any light has, brighter above than below, is not detail: what bands 0 to
-/// 2 of a surface's shading can follow is taken out.
+/// Correlation of the details of a map with the world's, under the symmetry of the cube or the turn that
+/// suits it best; `None` where the world has no detail. What any light has, brighter above than below, is not
+/// detail: what bands 0 to 2 of a surface's shading can follow is taken out.
 pub fn detail(file: &SphereImage, world: &SphereImage) -> Option<f64> {
     let side = SIDE.min(world.height).max(1);
     let directions = directions(side);

@@ -1,8 +1,9 @@
 //! The light around a direction, ring by ring: what any radially symmetric kernel needs of it.
 //!
-//! A ring table holds, for nodes θ_b in equal steps of ln θ (of θ far out), the flux that linear interpolation between
-//! the nodes gives them. A filtered value is then Σ_b K(θ_b) flux_b, whatever the kernel: hundreds of kernels can be
-//! tried. Divided by the same sum of even light a kernel is normalised, and most of the interpolation's error with it.
+//! A ring table holds, for nodes θ_b in equal steps of ln θ (of θ far out), the flux that linear
+//! interpolation between the nodes gives them. A filtered value is then Σ_b K(θ_b) flux_b, whatever the
+//! kernel: hundreds of kernels can be tried. Divided by the same sum of even light a kernel is normalised,
+//! and most of the interpolation's error with it.
 
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -79,7 +80,8 @@ fn put(angles: &[f64], x: f64, mut add: impl FnMut(usize, f64)) {
     add(b + 1, t);
 }
 
-/// [`place`] of many angles, given s² = sin²(θ/2): linear in parts of octaves, which errs by less than 5e-3 of a step.
+/// [`place`] of many angles, given s² = sin²(θ/2): linear in parts of octaves, which errs by less than 5e-3
+/// of a step.
 struct Places(Vec<f64>);
 
 impl Places {
@@ -123,7 +125,8 @@ pub struct Rings {
 }
 
 impl Rings {
-    /// Rings of the image of `tree` and of suns, around `directions`; parts nearer than about `finest` are not divided.
+    /// Rings of the image of `tree` and of suns, around `directions`; parts nearer than about `finest` are
+    /// not divided.
     pub fn new(tree: &Tree, suns: &[SmallLight], directions: &[DVec3], finest: f64) -> Self {
         let angles = &nodes().angles;
         let points: Vec<(DVec3, [f64; 3])> = suns.iter().flat_map(points).collect();
@@ -200,8 +203,8 @@ mod tests {
         let rings = Rings::new(&tree, &[], &directions, 5e-3);
         // Every texel in 8 x 8 parts.
         let fine = SphereImage::from_fn(Layout::LatLong, 1024, 512, |d| image.nearest(d));
-        // Sheen sharper than this has a rim narrower than parts of the light far out: 15 % at alpha 0.02, where a fault may
-        // stay without a name (what is right is not judged by rings).
+        // Sheen sharper than this has a rim narrower than parts of the light far out: 15 % at alpha 0.02,
+        // where a fault may stay without a name (what is right is not judged by rings).
         let cases = [
             (Lobe::ggx(0.05), 1e-2),
             (Lobe::ggx(0.2), 1e-2),

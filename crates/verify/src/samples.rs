@@ -13,7 +13,8 @@ pub struct Samples {
     /// In the file.
     pub directions: Vec<DVec3>,
     pub values: Vec<[f64; 3]>,
-    /// Of relative errors, with a floor below which darkness counts less; 0 where the level is clipped or damaged.
+    /// Of relative errors, with a floor below which darkness counts less; 0 where the level is clipped or
+    /// damaged.
     pub weights: Vec<f64>,
 }
 
@@ -22,8 +23,8 @@ const SPREAD: usize = 72;
 const STEPS: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0];
 
 impl Samples {
-    /// Samples of `image`, many of them around its brightest texel; texels for which `sound` is false do not count,
-    /// nor do those of `limit` and more.
+    /// Samples of `image`, many of them around its brightest texel; texels for which `sound` is false do not
+    /// count, nor do those of `limit` and more.
     pub fn new(image: &SphereImage, sound: &[bool], limit: f64) -> Self {
         let (w, h, faces) = (image.width, image.height, image.layout.faces());
         let all = faces * w * h;

@@ -68,7 +68,8 @@ impl Moments {
         self.vv.iter().sum::<f64>().max(f64::MIN_POSITIVE)
     }
 
-    /// The square of the relative residual where channel c of the file is `s[c]` times channel `p[c]` of the model.
+    /// The square of the relative residual where channel c of the file is `s[c]` times channel `p[c]` of the
+    /// model.
     pub fn residual2(&self, p: [usize; 3], s: [f64; 3]) -> f64 {
         let left = |c: usize| self.vv[c] - 2.0 * s[c] * self.vx[c][p[c]] + s[c] * s[c] * self.xx[p[c]];
         (0..3).map(left).sum::<f64>().max(0.0) / self.energy()
@@ -94,7 +95,8 @@ fn ratio(a: f64, b: f64) -> f64 {
     if b > 0.0 { a / b } else { 1.0 }
 }
 
-/// Factors of a form that fit best, per level and channel; `lobes` are the split sum's scale and bias per level.
+/// Factors of a form that fit best, per level and channel; `lobes` are the split sum's scale and bias per
+/// level.
 pub fn fit(
     form: Form,
     levels: &[Moments],

@@ -16,7 +16,8 @@ pub fn limited(image: &SphereImage) -> Option<(f32, usize)> {
     let limit = LIMITS.into_iter().find(|l| (most / l - 1.0).abs() < 1e-6)?;
     let at = |k: usize| image.planes.iter().any(|p| (p[k] / limit - 1.0).abs() < 1e-6);
     let texels = (0..image.planes[0].len()).filter(|k| at(*k)).count();
-    // The limit is the largest value, and not of a single texel that happens to hold it; even light of 1 is none.
+    // The limit is the largest value, and not of a single texel that happens to hold it; even light of 1 is
+    // none.
     let few = if limit > 255.0 { 0 } else { 3 };
     let even = finite().all(|v| *v > 0.98 * limit);
     (texels > few && !even).then_some((limit, texels))
@@ -73,8 +74,8 @@ pub fn seams(
     (outside > 0.0).then_some((inside, outside))
 }
 
-/// Do errors change from texel to texel and follow nothing of the light? Correlation of neighbours' relative errors,
-/// and of the errors with the reference's own detail.
+/// Do errors change from texel to texel and follow nothing of the light? Correlation of neighbours' relative
+/// errors, and of the errors with the reference's own detail.
 pub fn is_noise(got: &SphereImage, want: &SphereImage, sound: &[bool]) -> bool {
     let (w, n) = (got.width, got.planes[0].len());
     if n < 96 {
@@ -143,7 +144,8 @@ pub fn steps(image: &SphereImage) -> Option<Encoding> {
     }
 }
 
-/// The weighted relative error that rounding to steps makes. `step` of floats that are divided by their largest channel.
+/// The weighted relative error that rounding to steps makes. `step` of floats that are divided by their
+/// largest channel.
 pub fn rounding(image: &SphereImage, step: f64, steps: Option<Encoding>) -> f64 {
     if step == 0.0 && steps.is_none() {
         return 0.0;

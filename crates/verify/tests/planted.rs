@@ -1,4 +1,5 @@
-//! Faults planted in right files: each is named, or the report says that nothing explains it; no false cause is named.
+//! Faults planted in right files: each is named, or the report says that nothing explains it; no false cause
+//! is named.
 
 #![expect(clippy::print_stdout, reason = "the score table of the plants")]
 
@@ -344,7 +345,8 @@ fn unnamed(faults: &[Fault]) -> bool {
     !faults.is_empty() && faults.iter().all(|f| matches!(f, Fault::Unexplained(..)))
 }
 
-/// The judgement of the plants under one light, printed; false causes, and visible faults that nothing was said of.
+/// The judgement of the plants under one light, printed; false causes, and visible faults that nothing was
+/// said of.
 fn reference(
     (name, turn): (&str, usize),
     light: &SphereImage,

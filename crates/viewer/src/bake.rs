@@ -48,8 +48,8 @@ impl Baker {
         Ok(live)
     }
 
-    /// The same; `preview` gets a coarser one first, or one whose ground has no shadows yet; `None` where that takes no less than
-    /// the bake.
+    /// The same; `preview` gets a coarser one first, or one whose ground has no shadows yet; `None` where
+    /// that takes no less than the bake.
     pub fn bake_after(
         &mut self,
         wish: &Wish,

@@ -22,8 +22,8 @@ fn first(info: &ParamInfo) -> Option<Value> {
     })
 }
 
-/// A reflectance of the model `name` to begin with: what is required, and the first other parameter where that is not enough;
-/// `None` where a file is needed.
+/// A reflectance of the model `name` to begin with: what is required, and the first other parameter where
+/// that is not enough; `None` where a file is needed.
 pub fn first_spec(name: &str, infos: &[ParamInfo]) -> Option<String> {
     let mut values = ParamValues::default();
     for info in infos.iter().filter(|i| i.default == Preset::Required) {

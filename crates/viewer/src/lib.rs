@@ -1,8 +1,9 @@
 //! A window onto scenes: techniques, lights and materials under the mouse.
 //!
 //! [`Wish`] says what is to be seen, in words that the command line knows too. A [`Baker`] makes a
-//! [`steradian_session::live::Live`] of it, baking only what changed; a [`Painter`] draws that on a GPU and develops it for
-//! the display. The window runs both in threads of their own and never waits for them; [`shoot`] runs them without a window.
+//! [`steradian_session::live::Live`] of it, baking only what changed; a [`Painter`] draws that on a GPU and
+//! develops it for the display. The window runs both in threads of their own and never waits for them;
+//! [`shoot`] runs them without a window.
 
 mod app;
 mod bake;

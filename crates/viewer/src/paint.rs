@@ -19,7 +19,8 @@ pub enum DisplayMode {
     /// Exposed and tone-mapped.
     #[default]
     Picture,
-    /// Luminance in stops about the middle grey of 0.18 after exposure, from [`FALSE_COLOUR`] below to as many above.
+    /// Luminance in stops about the middle grey of 0.18 after exposure, from [`FALSE_COLOUR`] below to as
+    /// many above.
     FalseColour,
     /// FLIP to the reference's picture.
     Heat,
@@ -49,8 +50,8 @@ pub struct View {
     pub truth: Option<Arc<Truth>>,
     /// Is every sample shaded, as in stills, or one a pixel, as in motion?
     pub still: bool,
-    /// The sky that the sides follow until bakes for it are there, as a spec. Sides that a GPU does not refilter
-    /// ([`Live::light_tables`]) stay in the light that they were baked for.
+    /// The sky that the sides follow until bakes for it are there, as a spec. Sides that a GPU does not
+    /// refilter ([`Live::light_tables`]) stay in the light that they were baked for.
     pub sky: Option<String>,
 }
 

@@ -10,8 +10,8 @@ use steradian_session::{FRAME_RATE, Session, is_animation};
 pub struct Shot {
     /// The file. With `{}` in its name, every frame is written; .apng is an animation.
     pub file: PathBuf,
-    /// Frames of a full turn of the camera. Where the file is one PNG the same view is drawn as often, and the last one
-    /// written.
+    /// Frames of a full turn of the camera. Where the file is one PNG the same view is drawn as often, and
+    /// the last one written.
     pub frames: usize,
     /// Pixels.
     pub size: [usize; 2],

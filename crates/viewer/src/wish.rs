@@ -10,8 +10,8 @@ use steradian_session::is_scene_file;
 
 /// Reflectance of a ground.
 pub const GROUND: &str = "lambert:albedo=0.4";
-/// The technique that gives a ground shadows, and its parameters: as coarse as soft shadows on a ground allow, and a window that
-/// takes the rings off a low sun (2.6 % of error in place of 4.1).
+/// The technique that gives a ground shadows, and its parameters: as coarse as soft shadows on a ground
+/// allow, and a window that takes the rings off a low sun (2.6 % of error in place of 4.1).
 pub const SHADOWS: (&str, &str) = ("prt_diffuse", "bands=6,precision=0.05,window=9");
 
 /// A scene and how it is looked at. Every field is what an option of `steradian render` takes.
@@ -150,8 +150,8 @@ impl Wish {
         words.join(" ")
     }
 
-    /// The text of a scene file of this picture, and the files that it refers to, which lie beside it under their own names.
-    /// Fails in a line where a scene file cannot say it.
+    /// The text of a scene file of this picture, and the files that it refers to, which lie beside it under
+    /// their own names. Fails in a line where a scene file cannot say it.
     pub fn scene_file(&self, size: [usize; 2], ev: f32) -> Result<(String, Vec<PathBuf>), String> {
         if self.is_scene() {
             return Err(format!("{}: is a scene file already", self.input));
@@ -240,7 +240,8 @@ fn word(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// The exposure and the tone mapper of a scene file; the usual ones where it cannot be read, which loading it tells.
+/// The exposure and the tone mapper of a scene file; the usual ones where it cannot be read, which loading it
+/// tells.
 fn developed(file: &Path) -> (Option<f32>, ToneMapper) {
     const MOST_BYTES: u64 = 1 << 20;
     let is_text = std::fs::metadata(file).is_ok_and(|m| m.is_file() && m.len() <= MOST_BYTES);

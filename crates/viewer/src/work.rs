@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 /// How long work that is worth having for itself is protected from newer requests.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A place for one request: a newer one takes the place of one that nobody has begun, and stops the one that is being
-/// worked on.
+/// A place for one request: a newer one takes the place of one that nobody has begun, and stops the one that
+/// is being worked on.
 pub struct Desk<T> {
     state: Mutex<State<T>>,
     changed: Condvar,
@@ -81,15 +81,16 @@ impl<T> Desk<T> {
         self.changed.notify_all();
     }
 
-    /// [`Desk::next`] whose beginning is worth having for itself, as a preview is: newer requests stop it only after
-    /// [`Desk::release`], or a second.
+    /// [`Desk::next`] whose beginning is worth having for itself, as a preview is: newer requests stop it
+    /// only after [`Desk::release`], or a second.
     pub fn next_protected(&self) -> Option<(T, Arc<AtomicBool>)> {
         let next = self.next();
         self.state().protected = Some(Instant::now() + PATIENCE);
         next
     }
 
-    /// Waits for a request; its flag becomes true when it is no longer wanted. `None` when the place is closed.
+    /// Waits for a request; its flag becomes true when it is no longer wanted. `None` when the place is
+    /// closed.
     pub fn next(&self) -> Option<(T, Arc<AtomicBool>)> {
         let mut s = self.state();
         (s.busy, s.protected) = (false, None);

@@ -35,8 +35,8 @@ impl Data {
         Self { name: name.into(), bytes: Vec::new(), places: Vec::new() }
     }
 
-    /// Appends an array of elements of `element` bytes. First all first bytes are stored, then all second ones, and so on,
-    /// which gzip packs better: neighbours have like exponents.
+    /// Appends an array of elements of `element` bytes. First all first bytes are stored, then all second
+    /// ones, and so on, which gzip packs better: neighbours have like exponents.
     pub fn push(&mut self, array: &[u8], element: usize) -> Place {
         let element = if element > 0 && array.len().is_multiple_of(element) { element } else { 1 };
         let sorted: Vec<u8> =
@@ -55,8 +55,8 @@ impl Data {
         place
     }
 
-    /// Appends texels of four halves. Of all but the first the differences of their bits from the texel before are stored:
-    /// in smooth pictures they are small.
+    /// Appends texels of four halves. Of all but the first the differences of their bits from the texel
+    /// before are stored: in smooth pictures they are small.
     pub fn push_halves(&mut self, texels: &[[u16; 4]]) -> Place {
         let mut before = [0u16; 4];
         let mut bytes = Vec::with_capacity(8 * texels.len());
@@ -77,8 +77,8 @@ impl Data {
     }
 }
 
-/// Bytes as characters of a script: seven bits each, a seventh more than the bytes (base64 takes a third). What may not stand in a
-/// string stands 128 higher, in two bytes of UTF-8; readers look at seven bits alone.
+/// Bytes as characters of a script: seven bits each, a seventh more than the bytes (base64 takes a third).
+/// What may not stand in a string stands 128 higher, in two bytes of UTF-8; readers look at seven bits alone.
 fn characters(bytes: &[u8]) -> String {
     let mut out = String::with_capacity(bytes.len() / 4 * 5);
     let (mut bits, mut have) = (0u32, 0);

@@ -1,12 +1,12 @@
 //! A scene and its bakes as a static web page that shades them in the browser.
 //!
-//! [`files`] makes a page of plain data: for each light and each technique a [`steradian_gpu::scene::Scene`], whose shaders
-//! are the ones that a GPU runs here. WebGPU takes them as they are; for WebGL2 naga translates them to GLSL ES 3.00. Neither
-//! reads a storage buffer: vertices, indices and data per site lie in textures. Where neither API works, the page shows the
-//! pictures that were rendered on the CPU.
+//! [`files`] makes a page of plain data: for each light and each technique a [`steradian_gpu::scene::Scene`],
+//! whose shaders are the ones that a GPU runs here. WebGPU takes them as they are; for WebGL2 naga translates
+//! them to GLSL ES 3.00. Neither reads a storage buffer: vertices, indices and data per site lie in textures.
+//! Where neither API works, the page shows the pictures that were rendered on the CPU.
 //!
-//! The page needs no server code and no network. Its data are scripts that a page opened from a disk may load too, gzip in
-//! seven bits a character. `docs/web.md` says what is in each file.
+//! The page needs no server code and no network. Its data are scripts that a page opened from a disk may load
+//! too, gzip in seven bits a character. `docs/web.md` says what is in each file.
 
 mod data;
 mod error;

@@ -52,7 +52,8 @@ pub struct Light {
 /// A technique under a light.
 #[derive(Debug, Clone)]
 pub struct Variant {
-    /// Objects, backdrop and camera. All variants of a light have one backdrop, all variants of a page one camera.
+    /// Objects, backdrop and camera. All variants of a light have one backdrop, all variants of a page one
+    /// camera.
     pub scene: Scene,
     /// The picture that the CPU renderer makes, as PNG.
     pub picture: Vec<u8>,

@@ -23,8 +23,8 @@ const SMALLEST: f32 = 0.015_625;
 /// Numbers from which on a buffer is worth halving; small ones hold counts and offsets.
 const LONG: usize = 1 << 14;
 
-/// Bits that the halves of long arrays lose: prefiltered maps and coefficients stay right to 0.8 %, 0.3 % in the RMS, which
-/// packs into two thirds of the bytes.
+/// Bits that the halves of long arrays lose: prefiltered maps and coefficients stay right to 0.8 %, 0.3 % in
+/// the RMS, which packs into two thirds of the bytes.
 const COARSE: u32 = 4;
 
 /// Bits that the halves of so many numbers lose.
@@ -43,7 +43,8 @@ fn texture(
     texture_to(data, what, size, channels, floats, lost(floats.len()))
 }
 
-/// Bits that halves lose which are looked at and not computed with: they stay right to 0.4 %, less than a step of 8 bits.
+/// Bits that halves lose which are looked at and not computed with: they stay right to 0.4 %, less than a
+/// step of 8 bits.
 const UNSEEN: u32 = 3;
 
 /// [`texture`] whose halves are rounded to multiples of 2^`bits` of their last place.

@@ -76,13 +76,14 @@ const STAGES: [ShaderStage; 2] = [ShaderStage::Vertex, ShaderStage::Fragment];
 /// Functions that WebGL does without, and what they return.
 type Without = [(&'static str, &'static str)];
 
-/// Those by which suns at the horizon have a rule of their own. Their loops within loops, each with the reflectance in it, are more than
-/// WebGL's compilers bear: the software one of Chromium takes all memory instead of seconds.
+/// Those by which suns at the horizon have a rule of their own. Their loops within loops, each with the
+/// reflectance in it, are more than WebGL's compilers bear: the software one of Chromium takes all memory
+/// instead of seconds.
 const HORIZON: [(&str, &str); 3] =
     [("gpu_at_horizon", "false"), ("gpu_horizon_disk", "vec3<f32>()"), ("gpu_horizon_cell", "vec3<f32>()")];
 
-/// Those by which disks that cross the horizon have one, which with measured reflectance in it takes the same compiler 13 GB too: such
-/// disks take the rule of others, whose part below the horizon is black.
+/// Those by which disks that cross the horizon have one, which with measured reflectance in it takes the same
+/// compiler 13 GB too: such disks take the rule of others, whose part below the horizon is black.
 const STRIPS: [(&str, &str); 2] = [("gpu_takes_strips", "false"), ("gpu_strips", "vec3<f32>()")];
 
 /// The text whose functions of these names return the values.

@@ -1,5 +1,5 @@
-//! Pages of small scenes: every technique's shader is translated, files are of bounded size, and what browsers cannot hold
-//! is refused.
+//! Pages of small scenes: every technique's shader is translated, files are of bounded size, and what
+//! browsers cannot hold is refused.
 
 use glam::{Affine3A, Mat3, Vec3};
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! How long the README's first command compiles, crate by crate: `cargo build --release --timings` from nothing, in a
-//! folder of its own.
+//! How long the README's first command compiles, crate by crate: `cargo build --release --timings` from
+//! nothing, in a folder of its own.
 
 use anyhow::{Context, Result, bail};
 use serde_json::Value;

@@ -7,8 +7,8 @@ use std::path::Path;
 /// The modules of a technique's folder, each with those that it imports.
 type Imports = BTreeMap<String, BTreeSet<String>>;
 
-/// Fails where modules of a technique import each other, directly or by way of others. Its page (`mod.rs`) and its tests may
-/// import all of them.
+/// Fails where modules of a technique import each other, directly or by way of others. Its page (`mod.rs`)
+/// and its tests may import all of them.
 pub fn check(root: &Path) -> Result<()> {
     let rooms = root.join("crates/techniques/src/rooms");
     for room in std::fs::read_dir(&rooms).context("the techniques")? {

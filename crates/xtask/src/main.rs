@@ -1,9 +1,10 @@
-//! Generates the pages of the book that come from the code, checks that they are fresh and that no files of a technique import
-//! each other in a circle, repeats published figures, and says what a clean build costs.
+//! Generates the pages of the book that come from the code, checks that they are fresh, that no files of a
+//! technique import each other in a circle and that comments are no wider than code, repeats published
+//! figures, and says what a clean build costs.
 //!
 //! ```text
 //! cargo run -p steradian-xtask -- pages                   writes docs/
-//! cargo run -p steradian-xtask -- check                   fails where a page is stale or imports go in a circle
+//! cargo run -p steradian-xtask -- check                   fails where a page is stale, imports go in a circle or comments are too wide
 //! cargo run --release -p steradian-xtask -- figures 5.7   a figure of RH02, ours beside the paper's
 //! cargo run -p steradian-xtask -- build-times             what a clean build of the command costs, crate by crate
 //! ```
@@ -12,6 +13,7 @@ mod brdfs;
 mod build_times;
 mod chapters;
 mod commands;
+mod comments;
 mod figures;
 mod gallery;
 mod imports;
@@ -60,6 +62,7 @@ fn main() -> Result<()> {
     };
     if !write {
         imports::check(&root)?;
+        comments::check(&root)?;
     }
     let mut stale = Vec::new();
     for page in pages(&root)? {

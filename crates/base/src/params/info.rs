@@ -14,7 +14,8 @@ pub enum Kind {
     Angle,
     /// `on` or `off`; 1 and 0 are the same.
     Switch,
-    /// One of these words. Where [`ParamInfo::min`] is a number, the words have numbers too, which count from there.
+    /// One of these words. Where [`ParamInfo::min`] is a number, the words have numbers too, which count from
+    /// there.
     Choice(&'static [&'static str]),
     /// A colour: one number, or three as `r/g/b`.
     Rgb,
@@ -204,7 +205,8 @@ impl ParamInfo {
         found.ok_or_else(|| self.refused(text))
     }
 
-    /// `value` as this parameter has it: numbers that stand for words and text that nobody has read are what they mean.
+    /// `value` as this parameter has it: numbers that stand for words and text that nobody has read are what
+    /// they mean.
     pub fn check(&self, value: &Value) -> Result<Value, ParamError> {
         let checked = match value {
             Value::Auto => self.auto.map(|_| Value::Auto),

@@ -1,5 +1,5 @@
-//! Parameters that describe themselves: one description, one parser and one printer for reflectances, skies, shapes, lights
-//! and techniques. Commands, windows and the book make their controls from the descriptions.
+//! Parameters that describe themselves: one description, one parser and one printer for reflectances, skies,
+//! shapes, lights and techniques. Commands, windows and the book make their controls from the descriptions.
 
 mod error;
 mod field;

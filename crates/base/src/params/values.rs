@@ -22,8 +22,8 @@ impl<N: Into<String>, V: Into<Value>> FromIterator<(N, V)> for ParamValues {
 }
 
 impl ParamValues {
-    /// The values of a spec's body: `key=value` and values that stand alone, separated by commas. `_` and `-` in keys are the
-    /// same.
+    /// The values of a spec's body: `key=value` and values that stand alone, separated by commas. `_` and `-`
+    /// in keys are the same.
     pub fn parse(body: &str, infos: &[ParamInfo]) -> Result<Self, ParamError> {
         let mut values = Self::default();
         for item in body.split(',').map(str::trim).filter(|i| !i.is_empty()) {
@@ -48,7 +48,8 @@ impl ParamValues {
         })
     }
 
-    /// The body of a spec that has these values, in the order of the description; values that are absent are left out.
+    /// The body of a spec that has these values, in the order of the description; values that are absent are
+    /// left out.
     pub fn body(&self, infos: &[ParamInfo]) -> String {
         self.printed(infos, Value::to_string)
     }

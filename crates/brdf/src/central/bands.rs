@@ -15,8 +15,8 @@ type Lanes = [f64; SIDE];
 /// By channel.
 pub(super) type Rgb = [Lanes; 3];
 
-/// Eight q and their recursion f_l = a cos θ f_{l−1} − b f_{l−2}, for l from the lowest q on; a = b = 0 up to l = q, where
-/// f_qq comes in.
+/// Eight q and their recursion f_l = a cos θ f_{l−1} − b f_{l−2}, for l from the lowest q on; a = b = 0 up to
+/// l = q, where f_qq comes in.
 struct Block {
     first: usize,
     steps: Vec<[Lanes; 2]>,
@@ -57,8 +57,8 @@ impl Bands {
         Self { bands, q, sectoral, blocks, sum: empty.clone(), difference: empty }
     }
 
-    /// Overwrites the sums by those over circles at `thetas`, g_q of channel c being `rings[node][3q + c]`; returns the norm
-    /// of the difference between both rules.
+    /// Overwrites the sums by those over circles at `thetas`, g_q of channel c being `rings[node][3q + c]`;
+    /// returns the norm of the difference between both rules.
     pub fn project(
         &mut self,
         nodes: &[Node; POINTS],

@@ -37,8 +37,8 @@ pub(super) fn has_two_sides(brdf: &dyn Brdf) -> bool {
     })
 }
 
-/// Does f_cos stay as wi and wo turn about t, each on its own? wo stays above the horizon, where viewers are; wi goes
-/// everywhere, so that a model with a horizon fails.
+/// Does f_cos stay as wi and wo turn about t, each on its own? wo stays above the horizon, where viewers are;
+/// wi goes everywhere, so that a model with a horizon fails.
 fn depends_on_tangent_only(brdf: &dyn Brdf) -> bool {
     let turned = |w: DVec3, angle: f64| {
         let r = w.y.hypot(w.z);
@@ -68,8 +68,8 @@ fn pairs() -> impl Iterator<Item = (DVec3, DVec3)> {
     })
 }
 
-/// The slice at `theta_v` whose centre is the direction of ∫ f_cos² wi dwi, the lobe's own middle: at grazing views
-/// lobes peak beside the mirror direction, and fewer orders in q hold them about their middle.
+/// The slice at `theta_v` whose centre is the direction of ∫ f_cos² wi dwi, the lobe's own middle: at grazing
+/// views lobes peak beside the mirror direction, and fewer orders in q hold them about their middle.
 pub(super) fn leaning(brdf: &dyn Brdf, theta_v: f64) -> Result<Slice, CentralError> {
     check(brdf, Centre::Reflection)?;
     let mirror = Slice::reflection(theta_v);
@@ -84,8 +84,8 @@ pub(super) fn leaning(brdf: &dyn Brdf, theta_v: f64) -> Result<Slice, CentralErr
     Ok(Slice { theta_v, gamma: gamma.clamp(-theta_v, FRAC_PI_2) })
 }
 
-/// The centre about which low orders hold most of the energy: the tangent for what depends on it alone, else the
-/// mirror direction or the normal, whichever holds more of the energy at F = 24, P = 2.
+/// The centre about which low orders hold most of the energy: the tangent for what depends on it alone, else
+/// the mirror direction or the normal, whichever holds more of the energy at F = 24, P = 2.
 pub fn best_centre(brdf: &dyn Brdf, task: &Task) -> Result<Centre, CentralError> {
     if !brdf.is_isotropic() {
         let tangent = check(brdf, Centre::Tangent).map(|()| Centre::Tangent);

@@ -5,8 +5,8 @@ use super::{Argument, CentralError, Lpq, Slices};
 use std::f64::consts::PI;
 use steradian_numerics::dense::Cholesky;
 
-/// A factor by elevation, usually the albedo, that multiplies a fitted series; linear between its knots, constant
-/// beyond them.
+/// A factor by elevation, usually the albedo, that multiplies a fitted series; linear between its knots,
+/// constant beyond them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scale {
     /// θ_o of the knots, radians, ascending.
@@ -41,10 +41,11 @@ impl Scale {
 }
 
 impl Lpq {
-    /// The weighted least-squares fit of k_lq(θ_o) by f_pq(θ), p = q … `p`, for each (l, q), θ the angle between C and
-    /// `of`: minimises 2π ∫ w(θ_o) |k − Σ_p ρ̂ f_pq|² sin θ_o dθ_o by the trapezoidal rule over the slices, which must be
-    /// seen about their own centre. With w = 1, of the view, and dense slices it tends to [`Lpq::project`] (about the normal it is better: no
-    /// even continuation is asked for). `scaled` divides f_cos by its albedo first; [`Lpq::scale`] gives it back.
+    /// The weighted least-squares fit of k_lq(θ_o) by f_pq(θ), p = q … `p`, for each (l, q), θ the angle
+    /// between C and `of`: minimises 2π ∫ w(θ_o) |k − Σ_p ρ̂ f_pq|² sin θ_o dθ_o by the trapezoidal rule over
+    /// the slices, which must be seen about their own centre. With w = 1, of the view, and dense slices it
+    /// tends to [`Lpq::project`] (about the normal it is better: no even continuation is asked for). `scaled`
+    /// divides f_cos by its albedo first; [`Lpq::scale`] gives it back.
     pub fn fit(
         slices: &Slices,
         of: Argument,
@@ -86,9 +87,9 @@ impl Lpq {
 }
 
 impl Slices {
-    /// The albedo per channel whose Lambertian part, taken out by [`Slices::without_diffuse`], leaves the least
-    /// energy that terms up to `p` do not hold: the residuals R of the weighted fit give
-    /// a = ⟨R f_cos, R (n·wi)₊/π⟩/|R (n·wi)₊/π|². Not negative; zero where the slices are about the normal.
+    /// The albedo per channel whose Lambertian part, taken out by [`Slices::without_diffuse`], leaves the
+    /// least energy that terms up to `p` do not hold: the residuals R of the weighted fit give a = ⟨R f_cos,
+    /// R (n·wi)₊/π⟩/|R (n·wi)₊/π|². Not negative; zero where the slices are about the normal.
     pub fn best_diffuse(
         &self,
         of: Argument,
@@ -105,7 +106,8 @@ impl Slices {
             let normal = if q <= p { Some(Normal::new(&samples, &rows, p, q)?) } else { None };
             for l in q..=self.order {
                 let d = |j: usize| diffuse[j][q][l];
-                // The residual of d is orthogonal to every f_pq, so its product with f_cos needs no second one.
+                // The residual of d is orthogonal to every f_pq, so its product with f_cos needs no second
+                // one.
                 let rest: Vec<f64> = match &normal {
                     Some(n) => n.residual(&samples, &rows, q, d),
                     None => (0..rows.len()).map(d).collect(),

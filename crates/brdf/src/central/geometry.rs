@@ -35,18 +35,18 @@ impl Centre {
 /// The direction that the harmonics y_pq of an expansion are functions of, seen about C; its azimuth is φ_o.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Argument {
-    /// The view, at θ_o from C, as published (5.10). Views near −C see surfaces of every normal perpendicular to them:
-    /// there y_pq are the same for all of these, or vanish.
+    /// The view, at θ_o from C, as published (5.10). Views near −C see surfaces of every normal perpendicular
+    /// to them: there y_pq are the same for all of these, or vanish.
     View,
-    /// The normal, at γ from C: about the mirror direction at θ_o/2, half way to the view. Grazing views are then at the
-    /// equator about C, where y_pq tell their azimuths apart. About the normal and the tangent γ is constant, and tells
-    /// nothing.
+    /// The normal, at γ from C: about the mirror direction at θ_o/2, half way to the view. Grazing views are
+    /// then at the equator about C, where y_pq tell their azimuths apart. About the normal and the tangent γ
+    /// is constant, and tells nothing.
     Normal,
 }
 
-/// One elevation of the viewer and the centre about which it is seen. C lies in the plane of n and wo, at angle γ from
-/// n away from wo; θ_o = θ_v + γ. The azimuth φ = 0 about C is on the side of wo and of n, which stays defined for
-/// every viewer.
+/// One elevation of the viewer and the centre about which it is seen. C lies in the plane of n and wo, at
+/// angle γ from n away from wo; θ_o = θ_v + γ. The azimuth φ = 0 about C is on the side of wo and of n, which
+/// stays defined for every viewer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slice {
     /// Angle between n and wo, radians; negative only about the tangent, on the tangent's own side.
@@ -55,8 +55,8 @@ pub struct Slice {
     pub gamma: f64,
 }
 
-/// Views nearer than this to the horizon (0.06°), and their mirror directions, count as this far above it: lobes
-/// degenerate at the horizon itself.
+/// Views nearer than this to the horizon (0.06°), and their mirror directions, count as this far above it:
+/// lobes degenerate at the horizon itself.
 const GRAZING: f64 = 1e-3;
 
 impl Slice {
@@ -76,8 +76,8 @@ impl Slice {
         Self { theta_v, gamma: FRAC_PI_2 }
     }
 
-    /// About the middle of the lobe at `theta_v`, the direction of ∫ f_cos² wi dwi: beside the mirror direction at
-    /// grazing views, and holding the lobe with fewer orders in q there.
+    /// About the middle of the lobe at `theta_v`, the direction of ∫ f_cos² wi dwi: beside the mirror
+    /// direction at grazing views, and holding the lobe with fewer orders in q there.
     pub fn leaning(brdf: &dyn Brdf, theta_v: f64) -> Result<Self, CentralError> {
         super::choose::leaning(brdf, theta_v)
     }
@@ -148,14 +148,15 @@ impl Slice {
     }
 }
 
-/// A stretch of elevations θ_i, with a parameter in which the azimuths that are above the horizon change smoothly.
+/// A stretch of elevations θ_i, with a parameter in which the azimuths that are above the horizon change
+/// smoothly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Zone {
     /// θ_i itself; every azimuth.
     Full,
     /// θ_i = π/2 − γ cos s, γ > 0: |φ| < φ_max. n·wi = cos γ cos θ + sin γ sin θ cos φ vanishes at
-    /// tan²(φ_max/2) = cos(θ − γ)/−cos(θ + γ) = sin(2γ cos²(s/2))/sin(2γ sin²(s/2)), which is analytic in s up to
-    /// both ends, where φ_max as a function of θ has roots.
+    /// tan²(φ_max/2) = cos(θ − γ)/−cos(θ + γ) = sin(2γ cos²(s/2))/sin(2γ sin²(s/2)), which is analytic in s
+    /// up to both ends, where φ_max as a function of θ has roots.
     Band {
         /// |γ|.
         gamma: f64,

@@ -47,8 +47,8 @@ struct Panel {
     thetas: [f64; POINTS],
 }
 
-/// The coefficients of one slice. Tabulated data asks for thousands of circles of thousands of evaluations: the task is asked
-/// between panels.
+/// The coefficients of one slice. Tabulated data asks for thousands of circles of thousands of evaluations:
+/// the task is asked between panels.
 pub(super) fn slice(
     brdf: &dyn Brdf,
     slice: &Slice,

@@ -4,8 +4,9 @@ use super::geometry::{Argument, Centre};
 use super::theta::Polar;
 use super::{CentralError, Scale};
 
-/// Spherical harmonic coefficients of an isotropic reflectance about a centre: f_cos = Σ ρ̂_lp|q| y_lq(wi) y_pq(wo),
-/// l ≤ F, p ≤ P, |q| ≤ min(l, p) (times the [`Scale`], where there is one), or y_pq of the normal ([`Argument`]).
+/// Spherical harmonic coefficients of an isotropic reflectance about a centre: f_cos = Σ ρ̂_lp|q| y_lq(wi)
+/// y_pq(wo), l ≤ F, p ≤ P, |q| ≤ min(l, p) (times the [`Scale`], where there is one), or y_pq of the normal
+/// ([`Argument`]).
 #[derive(Debug, Clone)]
 pub struct Lpq {
     /// Whose directions the angles are measured from.
@@ -18,12 +19,13 @@ pub struct Lpq {
     pub p: usize,
     /// `[p][q ≤ p][channel][l]`; see [`Lpq::row`].
     pub(super) rho: Vec<f64>,
-    /// What all coefficients together would hold: the right side of 5.18 (with the fit's weight, where it is a fit).
+    /// What all coefficients together would hold: the right side of 5.18 (with the fit's weight, where it is
+    /// a fit).
     pub energy: [f64; 3],
     /// What multiplies the series, by elevation.
     pub scale: Option<Scale>,
-    /// The inner products of f_pq under the fit's weight, `[q][p − q][p' − q]`; `None` for the plain projection,
-    /// under which f_pq are orthonormal.
+    /// The inner products of f_pq under the fit's weight, `[q][p − q][p' − q]`; `None` for the plain
+    /// projection, under which f_pq are orthonormal.
     pub(super) gram: Option<Vec<Vec<Vec<f64>>>>,
     /// Estimated RMS error of the coefficients' quadrature, relative to f_cos.
     pub accuracy: f64,
@@ -40,7 +42,8 @@ impl Lpq {
         before(p + 1)
     }
 
-    /// ρ̂_lpq over l = 0 … F, per channel; the row of q also serves −q. Zero below l = q, and all zero for q > p.
+    /// ρ̂_lpq over l = 0 … F, per channel; the row of q also serves −q. Zero below l = q, and all zero for
+    /// q > p.
     pub fn row(&self, p: usize, q: usize) -> [&[f64]; 3] {
         let bands = self.f + 1;
         let at = (before(p) + q) * 3 * bands;
@@ -52,8 +55,8 @@ impl Lpq {
         if self.centre == Centre::Tangent { 0 } else { self.p.min(self.f) }
     }
 
-    /// The energy that l ≤ `f`, p ≤ `p` hold, q and −q both counted: the left side of 5.18. For a fit, the energy of
-    /// f_cos less that of the truncated series' error, both under the fit's weight.
+    /// The energy that l ≤ `f`, p ≤ `p` hold, q and −q both counted: the left side of 5.18. For a fit, the
+    /// energy of f_cos less that of the truncated series' error, both under the fit's weight.
     pub fn captured(&self, f: usize, p: usize) -> [f64; 3] {
         let mut sum = [0.0; 3];
         let p = p.min(self.p);
@@ -84,15 +87,16 @@ impl Lpq {
         if total > 0.0 { self.captured(f, p).iter().sum::<f64>() / total } else { 1.0 }
     }
 
-    /// The smallest orders (F, P) that miss at most the share `epsilon` of the energy (5.18; ε is a squared relative
-    /// error), P first, then F (section 5.6.2); `None` if these coefficients do not reach that far.
+    /// The smallest orders (F, P) that miss at most the share `epsilon` of the energy (5.18; ε is a squared
+    /// relative error), P first, then F (section 5.6.2); `None` if these coefficients do not reach that far.
     pub fn orders(&self, epsilon: f64) -> Option<(usize, usize)> {
         let enough = 1.0 - epsilon;
         let p = (0..=self.p).find(|&p| self.share(self.f, p) >= enough)?;
         (0..=self.f).find(|&f| self.share(f, p) >= enough).map(|f| (f, p))
     }
 
-    /// The same coefficients up to lower orders. (A fit is not made anew: fit again for the best at a lower P.)
+    /// The same coefficients up to lower orders. (A fit is not made anew: fit again for the best at a lower
+    /// P.)
     pub fn truncated(&self, f: usize, p: usize) -> Self {
         let (f, p) = (f.min(self.f), p.min(self.p));
         let mut rho = Vec::with_capacity(Self::rows(p) * 3 * (f + 1));

@@ -23,9 +23,10 @@ const PANELS: usize = 12;
 const PHASE: f64 = 9.0;
 
 impl Lpq {
-    /// The plain projection of RH02 5.22, up to orders `f` and `p`; the total energy by the same quadrature. Its
-    /// estimated error is brought below 3e-5 of f_cos, or a hundredth of the task's tolerance if that is more, where
-    /// at most 12 panels in θ_o can (models with kinks in elevation end there); [`Lpq::accuracy`] says what it is.
+    /// The plain projection of RH02 5.22, up to orders `f` and `p`; the total energy by the same quadrature.
+    /// Its estimated error is brought below 3e-5 of f_cos, or a hundredth of the task's tolerance if that is
+    /// more, where at most 12 panels in θ_o can (models with kinks in elevation end there); [`Lpq::accuracy`]
+    /// says what it is.
     pub fn project(
         brdf: &dyn Brdf,
         centre: Centre,
@@ -50,14 +51,15 @@ impl Lpq {
     }
 }
 
-/// θ_o = reach (1 − (1 − s)²) and dθ_o/ds: the energy of a slice grows like 1/n·wo towards grazing views, which this
-/// parameter evens out.
+/// θ_o = reach (1 − (1 − s)²) and dθ_o/ds: the energy of a slice grows like 1/n·wo towards grazing views,
+/// which this parameter evens out.
 fn elevation(reach: f64, s: f64) -> (f64, f64) {
     let t = 1.0 - s;
     (reach * (1.0 - t * t), 2.0 * reach * t)
 }
 
-/// Parameters between which k_lq is smooth: steps that shrink towards grazing views, down to the width of the lobe.
+/// Parameters between which k_lq is smooth: steps that shrink towards grazing views, down to the width of the
+/// lobe.
 fn breaks(brdf: &dyn Brdf, reach: f64) -> Vec<f64> {
     let width = |l: &Lobe| match *l {
         Lobe::Axis { width, .. } | Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,

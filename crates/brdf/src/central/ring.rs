@@ -18,7 +18,8 @@ const WATCHED: usize = 16;
 /// A panel spans at most this many radians of cos qφ.
 const PHASE: f64 = 9.0;
 
-/// Integrals over one circle: ∫ f_cos cos qφ dφ as `[3q + c]` for q ≤ Q, then ∫ f_cos² dφ, then ∫ f_cos (n·wi)₊ dφ.
+/// Integrals over one circle: ∫ f_cos cos qφ dφ as `[3q + c]` for q ≤ Q, then ∫ f_cos² dφ, then ∫ f_cos
+/// (n·wi)₊ dφ.
 pub(super) fn width(q: usize) -> usize {
     3 * (q + 1) + 6
 }

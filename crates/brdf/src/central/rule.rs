@@ -5,7 +5,8 @@ use crate::adaptive::{GAUSS, KRONROD, NODES};
 /// Nodes per panel.
 pub(super) const POINTS: usize = 15;
 
-/// A node of a panel: where it lies, the weight of the 15-point rule, and that weight less the 7-point rule's.
+/// A node of a panel: where it lies, the weight of the 15-point rule, and that weight less the 7-point
+/// rule's.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node {
     pub at: f64,
@@ -25,8 +26,8 @@ pub(super) fn nodes(a: f64, b: f64) -> [Node; POINTS] {
     })
 }
 
-/// The error of the 15-point rule from its difference to the 7-point rule: QUADPACK's scale (200 d/scale)^{3/2}
-/// (Piessens et al. 1983).
+/// The error of the 15-point rule from its difference to the 7-point rule: QUADPACK's scale (200
+/// d/scale)^{3/2} (Piessens et al. 1983).
 pub(super) fn error(difference: f64, scale: f64) -> f64 {
     if scale > 0.0 { difference.min(scale * (200.0 * difference / scale).powf(1.5)) } else { difference }
 }

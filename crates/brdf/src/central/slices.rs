@@ -10,10 +10,12 @@ use steradian_base::Task;
 use steradian_parallel::prelude::*;
 use steradian_sphere::sh::zonal;
 
-/// RMS error of f_cos that the quadrature aims at, relative to its norm; 1e-8 or less is what it mostly reaches.
+/// RMS error of f_cos that the quadrature aims at, relative to its norm; 1e-8 or less is what it mostly
+/// reaches.
 const TOLERANCE: f64 = 1e-6;
 
-/// k_lq at a list of elevations: B(C, wo) = Σ_q a_q(φ_o) Σ_l k_l|q| L'_lq, with a_q = (1, √2 cos qφ, √2 sin |q|φ).
+/// k_lq at a list of elevations: B(C, wo) = Σ_q a_q(φ_o) Σ_l k_l|q| L'_lq, with a_q = (1, √2 cos qφ, √2 sin
+/// |q|φ).
 #[derive(Debug, Clone)]
 pub struct Slices {
     /// The centre that was asked for; slices may lean away from it.
@@ -35,9 +37,10 @@ pub struct Slices {
 }
 
 impl Slices {
-    /// Integrates f_cos at each slice up to orders `f` and `q` (cut to `f`, and to 0 about the tangent), by panels
-    /// that follow lobes and the horizon and are halved until the estimated error is below 1e-6 of f_cos, or a
-    /// limit ends it (tabulated data has a kink per cell); [`Slices::accuracy`] says what was reached.
+    /// Integrates f_cos at each slice up to orders `f` and `q` (cut to `f`, and to 0 about the tangent), by
+    /// panels that follow lobes and the horizon and are halved until the estimated error is below 1e-6 of
+    /// f_cos, or a limit ends it (tabulated data has a kink per cell); [`Slices::accuracy`] says what was
+    /// reached.
     pub fn new(
         brdf: &dyn Brdf,
         centre: Centre,
@@ -49,8 +52,8 @@ impl Slices {
         Self::to(brdf, centre, slices, [f, q], TOLERANCE, task)
     }
 
-    /// [`Slices::new`] to another RMS error of f_cos, relative to its norm, than 1e-6: measurements, whose tables have a kink
-    /// per cell, take minutes to that.
+    /// [`Slices::new`] to another RMS error of f_cos, relative to its norm, than 1e-6: measurements, whose
+    /// tables have a kink per cell, take minutes to that.
     pub fn to(
         brdf: &dyn Brdf,
         centre: Centre,
@@ -108,8 +111,8 @@ impl Slices {
         sum
     }
 
-    /// The slices of f_cos − albedo/π (n·wi)₊: what is left when a diffuse part goes its own way, by a map about n.
-    /// The clamped cosine about n has k_lq = A_l/π f_lq(γ), A_l as in Ramamoorthi & Hanrahan 2001.
+    /// The slices of f_cos − albedo/π (n·wi)₊: what is left when a diffuse part goes its own way, by a map
+    /// about n. The clamped cosine about n has k_lq = A_l/π f_lq(γ), A_l as in Ramamoorthi & Hanrahan 2001.
     pub fn without_diffuse(&self, albedo: [f64; 3]) -> Self {
         let mut rest = self.clone();
         let bands = self.order + 1;

@@ -46,9 +46,9 @@ fn the_cosine_about_the_normal_needs_one_term() {
     assert_zonal(&project("lambert", Centre::Normal, 20, 3), &k, 1e-9);
 }
 
-/// RH02, table 5.5: the orders at which the microfacet model of 5.34, with no cosine beyond the formula's own, has
-/// ε < .03. The right side of 5.18 runs over θ_o' = 0 … π, twice the angle between n and wo; with that these shares
-/// of the energy follow.
+/// RH02, table 5.5: the orders at which the microfacet model of 5.34, with no cosine beyond the formula's
+/// own, has ε < .03. The right side of 5.18 runs over θ_o' = 0 … π, twice the angle between n and wo; with
+/// that these shares of the energy follow.
 #[test]
 fn the_papers_microfacet_orders() {
     let table = [
@@ -76,8 +76,8 @@ fn the_papers_strand_order() {
     assert_eq!(rho.azimuth(), 0);
 }
 
-/// RH02, section 5.7.1: P = 4 suffices for the skin of Marschner et al. in Lafortune's form with ε < .03. The energy is
-/// that of all channels, with the cosine; the green channel alone would need P = 5.
+/// RH02, section 5.7.1: P = 4 suffices for the skin of Marschner et al. in Lafortune's form with ε < .03. The
+/// energy is that of all channels, with the cosine; the green channel alone would need P = 5.
 #[test]
 fn the_papers_skin_order() {
     for spec in ["lafortune:@skin", "lafortune:@skin-mahesh"] {
@@ -101,7 +101,8 @@ fn what_is_captured_grows_to_the_total() {
     assert!((1.0 - 1e-6..=1.0 + 1e-9).contains(&share), "{share}");
 }
 
-/// k_lq by a dense product rule in the frame of the normal, where neither the horizon nor the centre is special.
+/// k_lq by a dense product rule in the frame of the normal, where neither the horizon nor the centre is
+/// special.
 fn brute(brdf: &dyn Brdf, slice: &Slice, order: usize, n: usize) -> (Vec<f64>, f64) {
     let (nodes, weights) = gauss_legendre(n);
     let axes = [slice.zero_azimuth(), slice.centre().cross(slice.zero_azimuth()), slice.centre()];
@@ -249,7 +250,8 @@ fn a_dense_fit_is_the_projection() {
     assert!((weighted.share(16, 1) - 1.0).abs() < 0.2);
 }
 
-/// Half way to the view harmonics need not vanish at the horizon: the same number of them holds grazing lobes better.
+/// Half way to the view harmonics need not vanish at the horizon: the same number of them holds grazing lobes
+/// better.
 #[test]
 fn harmonics_of_the_normal_hold_grazing_lobes() {
     for spec in ["ggx:alpha=0.36", "microfacet:sigma=0.2"] {

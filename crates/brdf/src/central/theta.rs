@@ -1,7 +1,8 @@
 //! f_lq(θ), the polar part of the harmonics, for all l ≤ F and q ≤ Q at once.
 
 /// f_lq(θ), where Y_lq = f_lq(θ) a_q(φ), by the recursion x f_l = ε_{l+1} f_{l+1} + ε_l f_{l−1}, x = cos θ,
-/// ε_lq = √((l² − q²)/(4l² − 1)), which is stable upwards. Up to [`super::MAX_ORDER`] no scaling is needed: where sin^q θ underflows, f_lq is below 1e-100.
+/// ε_lq = √((l² − q²)/(4l² − 1)), which is stable upwards. Up to [`super::MAX_ORDER`] no scaling is needed:
+/// where sin^q θ underflows, f_lq is below 1e-100.
 #[derive(Debug, Clone)]
 pub struct Polar {
     f: usize,

@@ -1,9 +1,9 @@
 //! The albedo of sheen.
 //!
-//! Estevez & Kulla 2017, Production Friendly Microfacet Sheen BRDF: D = (2 + 1/α) sin^(1/α) θ_h / 2π, and the fitted
-//! Λ of their section 3.2 (V = 1/((1 + Λ(wo) + Λ(wi)) 4 n·wo n·wi)), as KHR_materials_sheen has them. Neubelt & Pettineo
-//! 2013, Crafting a Next-Gen Material Pipeline for The Order: 1886: V = 1/(4 (n·wi + n·wo − n·wi n·wo)), as Filament has
-//! it. E(μ) = ∫ D V n·wi dwi, F = 1.
+//! Estevez & Kulla 2017, Production Friendly Microfacet Sheen BRDF: D = (2 + 1/α) sin^(1/α) θ_h / 2π, and the
+//! fitted Λ of their section 3.2 (V = 1/((1 + Λ(wo) + Λ(wi)) 4 n·wo n·wi)), as KHR_materials_sheen has them.
+//! Neubelt & Pettineo 2013, Crafting a Next-Gen Material Pipeline for The Order: 1886: V = 1/(4 (n·wi +
+//! n·wo − n·wi n·wo)), as Filament has it. E(μ) = ∫ D V n·wi dwi, F = 1.
 
 use super::ring::{NODES, Ring, Rule, rule};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -54,8 +54,8 @@ const NOTHING: f64 = 1e-10;
 pub struct Albedo {
     alpha: f64,
     visibility: Visibility,
-    /// 1/(1 + Λ) at equal steps of μ; empty where V needs none. Between them linear to 2e-6: Λ is steepest where this is
-    /// next to nothing.
+    /// 1/(1 + Λ) at equal steps of μ; empty where V needs none. Between them linear to 2e-6: Λ is steepest
+    /// where this is next to nothing.
     shadow: Vec<f64>,
 }
 

@@ -112,8 +112,8 @@ pub struct Lut {
     pub layout: Layout,
     /// Texels per side.
     pub size: usize,
-    /// Row by row: column i at n·wo = (i + ½)/size, row j at perceptual roughness (j + ½)/size, alpha its square
-    /// and at least 1e-4.
+    /// Row by row: column i at n·wo = (i + ½)/size, row j at perceptual roughness (j + ½)/size, alpha its
+    /// square and at least 1e-4.
     pub values: Vec<[f32; 3]>,
 }
 

@@ -2,12 +2,13 @@
 //!
 //! E(μ) = A + B is the albedo of f0 = 1; 1 − E is lost. E_avg = 2∫E(μ) μ dμ.
 //!
-//! - Kulla & Conty 2017, Revisiting Physically Based Shading at Imageworks: a second lobe
-//!   f_ms = (1 − E(μ_o))(1 − E(μ_i)) / (π (1 − E_avg)) · F_ms, with F_ms = F_avg² E_avg / (1 − F_avg (1 − E_avg)).
-//! - Fdez-Agüera 2019, A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting, eqs 3, 8–10: from
-//!   A and B alone, F_ss = f0 A + B, and F_ms E_ms = F_ss F_avg / (1 − F_avg (1 − E)) · (1 − E) of the diffuse light.
-//! - Turquin 2019, Practical Multiple Scattering Compensation for Microfacet Models, eq. 16: the single lobe, times
-//!   1 + f0 (1 − E)/E.
+//! - Kulla & Conty 2017, Revisiting Physically Based Shading at Imageworks: a second lobe f_ms = (1 −
+//!   E(μ_o))(1 − E(μ_i)) / (π (1 − E_avg)) · F_ms, with F_ms = F_avg² E_avg / (1 − F_avg (1 − E_avg)).
+//! - Fdez-Agüera 2019, A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting, eqs 3,
+//!   8–10: from A and B alone, F_ss = f0 A + B, and F_ms E_ms = F_ss F_avg / (1 − F_avg (1 − E)) · (1 − E) of
+//!   the diffuse light.
+//! - Turquin 2019, Practical Multiple Scattering Compensation for Microfacet Models, eq. 16: the single lobe,
+//!   times 1 + f0 (1 − E)/E.
 //!
 //! All three return exactly the light that falls on a white mirror: albedo 1 for f0 = 1.
 
@@ -37,8 +38,8 @@ pub fn kulla_conty_fresnel(f0: f64, average_albedo: f64) -> f64 {
     f * f * average_albedo / (1.0 - f * (1.0 - average_albedo))
 }
 
-/// f_ms of Kulla & Conty for a white surface, sr⁻¹: `e_o` and `e_i` are E at n·wo and n·wi. Of a coloured surface
-/// [`kulla_conty_fresnel`] multiplies it.
+/// f_ms of Kulla & Conty for a white surface, sr⁻¹: `e_o` and `e_i` are E at n·wo and n·wi. Of a coloured
+/// surface [`kulla_conty_fresnel`] multiplies it.
 pub fn kulla_conty(e_o: f64, e_i: f64, average_albedo: f64) -> f64 {
     (1.0 - e_o) * (1.0 - e_i) / (PI * (1.0 - average_albedo).max(1e-12))
 }

@@ -1,5 +1,5 @@
-//! Quadrature over half vectors: rings of constant θ_h, and the part of each whose mirrored direction is above the
-//! horizon.
+//! Quadrature over half vectors: rings of constant θ_h, and the part of each whose mirrored direction is
+//! above the horizon.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -27,8 +27,8 @@ pub(super) fn rule() -> &'static Rule {
 }
 
 impl Rule {
-    /// Nodes and weights of ∫ dθ from `a` to `b`: θ = a + (b − a) sin²(π/4 (1 + x)) evens out the square roots at the
-    /// ends.
+    /// Nodes and weights of ∫ dθ from `a` to `b`: θ = a + (b − a) sin²(π/4 (1 + x)) evens out the square
+    /// roots at the ends.
     pub(super) fn panel(&self, a: f64, b: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
         (0..NODES).map(move |k| {
             // 2 sin² y = 1 − cos 2y, cos(π/2 + z) = −sin z.

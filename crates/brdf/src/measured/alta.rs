@@ -1,12 +1,13 @@
 //! Data of the ALTA library (Belcour, Barla & Pacanowski 2014): text, `.dat` or `.alta`.
 //!
-//! Coordinates that are read: COS_TH, COS_TH_TD, RUSIN_TH_TD, RUSIN_TH_TD_PD, RUSIN_TH_PH_TD_PD, ISOTROPIC_TV_TL_DPHI,
-//! ISOTROPIC_TV_PROJ_DPHI, ISOTROPIC_TL_TV_PROJ_DPHI, SPHERICAL_TL_PL_TV_PV and CARTESIAN (the view first), with L the light
-//! and V the view; a projected pair (x, y) has the polar angle √(x² + y²) and the azimuth atan2(y, x) from the light's, which
-//! may be 180° away. Values are f in sr⁻¹; those called INV_STERADIAN_COSINE_FACTOR are f n·wo and are divided by it. XYZ_COLOR
-//! becomes linear Rec. 709; one value is grey. Where a file has half angles only, f is taken to depend on nothing else.
-//! Between the measured directions `scattered` interpolates; views within 2° of the horizon say nothing of f where they were
-//! weighted by the cosine, and are missing.
+//! Coordinates that are read: COS_TH, COS_TH_TD, RUSIN_TH_TD, RUSIN_TH_TD_PD, RUSIN_TH_PH_TD_PD,
+//! ISOTROPIC_TV_TL_DPHI, ISOTROPIC_TV_PROJ_DPHI, ISOTROPIC_TL_TV_PROJ_DPHI, SPHERICAL_TL_PL_TV_PV and
+//! CARTESIAN (the view first), with L the light and V the view; a projected pair (x, y) has the polar angle
+//! √(x² + y²) and the azimuth atan2(y, x) from the light's, which may be 180° away. Values are f in sr⁻¹;
+//! those called INV_STERADIAN_COSINE_FACTOR are f n·wo and are divided by it. XYZ_COLOR becomes linear Rec.
+//! 709; one value is grey. Where a file has half angles only, f is taken to depend on nothing else. Between
+//! the measured directions `scattered` interpolates; views within 2° of the horizon say nothing of f where
+//! they were weighted by the cosine, and are missing.
 
 use super::grid::of_half_angles;
 use super::scattered::{MAX_ROWS, Samples, notes};

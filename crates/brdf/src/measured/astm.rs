@@ -1,6 +1,7 @@
-//! Measurements in the manner of ASTM E1392 (`.astm`): rows of theta_i, phi_i (missing where the material is isotropic),
-//! theta_s, phi_s and red, green and blue, or X, Y and Z, or one value, which is grey. Angles are in radians, or in degrees
-//! where a polar angle is above π/2. Between the measured directions `scattered` interpolates.
+//! Measurements in the manner of ASTM E1392 (`.astm`): rows of theta_i, phi_i (missing where the material is
+//! isotropic), theta_s, phi_s and red, green and blue, or X, Y and Z, or one value, which is grey. Angles are
+//! in radians, or in degrees where a polar angle is above π/2. Between the measured directions `scattered`
+//! interpolates.
 
 use super::scattered::{MAX_ROWS, Samples, notes};
 use super::table::Table;

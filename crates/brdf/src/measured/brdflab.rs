@@ -1,6 +1,6 @@
-//! Published parameters as BRDFLab keeps them in XML: Ngan, Durand & Matusik's fits to MERL materials (2005, "Experimental
-//! Analysis of BRDF Models"), car paints of the MPI, Cornell's paints and skin. **f = Σ scale · lobe**, each lobe one of
-//! the models here:
+//! Published parameters as BRDFLab keeps them in XML: Ngan, Durand & Matusik's fits to MERL materials (2005,
+//! "Experimental Analysis of BRDF Models"), car paints of the MPI, Cornell's paints and skin. **f = Σ scale ·
+//! lobe**, each lobe one of the models here:
 //!
 //! | in the file | here |
 //! |---|---|
@@ -11,9 +11,10 @@
 //! | CookTorrance | `cook-torrance` |
 //! | AshikhminShirley | `ashikhmin-shirley`, without its diffuse part |
 //!
-//! The files do not say how lobes are normalised. These forms bring the fits of one material nearest to each other and to
-//! the measurements: at normal incidence the fits of aluminium and of blue metallic paint but for Ashikhmin and Shirley's,
-//! whose `F0` for aluminium is a hundredth of the measured reflectance in the file itself.
+//! The files do not say how lobes are normalised. These forms bring the fits of one material nearest to each
+//! other and to the measurements: at normal incidence the fits of aluminium and of blue metallic paint but
+//! for Ashikhmin and Shirley's, whose `F0` for aluminium is a hundredth of the measured reflectance in the
+//! file itself.
 
 use super::tabulated::load;
 use crate::draw::Draw;

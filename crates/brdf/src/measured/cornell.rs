@@ -1,9 +1,10 @@
-//! Spectral measurements of Cornell's Program of Computer Graphics (`.brdf`): isotropic paints, 1439 pairs of directions with
-//! 31 wavelengths each (Foo 1997, "A Gonioreflectometer for Measuring the Bidirectional Reflectance of Material for Use in
-//! Illumination Computation").
+//! Spectral measurements of Cornell's Program of Computer Graphics (`.brdf`): isotropic paints, 1439 pairs of
+//! directions with 31 wavelengths each (Foo 1997, "A Gonioreflectometer for Measuring the Bidirectional
+//! Reflectance of Material for Use in Illumination Computation").
 //!
-//! Spectra become linear Rec. 709 such that a flat one is grey, what lies outside is cut to 0; between the measured
-//! directions `scattered` interpolates. Single wavelengths that are negative are noise about zero and count as 0.
+//! Spectra become linear Rec. 709 such that a flat one is grey, what lies outside is cut to 0; between the
+//! measured directions `scattered` interpolates. Single wavelengths that are negative are noise about zero
+//! and count as 0.
 
 use super::scattered::{MAX_ROWS, Samples, notes};
 use super::spectrum;

@@ -1,8 +1,9 @@
-//! Scattered measurements as comma-separated values with a header: theta_i, phi_i, theta_o, phi_o and r, g, b, or one column
-//! `f`, which is grey; other columns pass. Angles are in radians, or in degrees where a polar angle is above π/2, both
-//! directions away from the surface; values are f in sr⁻¹, without the cosine. A row with a negative value, or with a
-//! direction at the horizon or below it, was not measured. The material is isotropic if φ_i is the same in all rows. Between
-//! the measured directions `scattered` interpolates.
+//! Scattered measurements as comma-separated values with a header: theta_i, phi_i, theta_o, phi_o and r, g,
+//! b, or one column `f`, which is grey; other columns pass. Angles are in radians, or in degrees where a
+//! polar angle is above π/2, both directions away from the surface; values are f in sr⁻¹, without the cosine.
+//! A row with a negative value, or with a direction at the horizon or below it, was not measured. The
+//! material is isotropic if φ_i is the same in all rows. Between the measured directions `scattered`
+//! interpolates.
 
 use super::scattered::{MAX_ROWS, Samples, notes};
 use super::table::Table;
@@ -73,8 +74,9 @@ fn rows(table: &CsvTable) -> Result<Vec<Row>, FormatError> {
     Ok(angles.into_iter().zip(values).collect())
 }
 
-/// `brdf` at scattered directions as such a table: for isotropic reflectance 40 half angles, 24 difference angles and 13
-/// turns; for anisotropic reflectance 12, 16, 10 and 10. Where light or view would be below the horizon there is no row.
+/// `brdf` at scattered directions as such a table: for isotropic reflectance 40 half angles, 24 difference
+/// angles and 13 turns; for anisotropic reflectance 12, 16, 10 and 10. Where light or view would be below the
+/// horizon there is no row.
 pub fn tabulate(brdf: &dyn Brdf, name: &Path) -> CsvTable {
     let sizes = if brdf.is_isotropic() { [40, 1, 24, 13] } else { [12, 16, 10, 10] };
     let header = ANGLES.iter().chain(&VALUES).map(|s| (*s).to_owned()).collect();

@@ -1,17 +1,18 @@
 //! CUReT: 61 samples of 205 measurements each.
 //!
-//! Dana, van Ginneken, Nayar & Koenderink 1999, Reflectance and Texture of Real-World Surfaces. Ramamoorthi & Hanrahan
-//! 2002, section 5.7.2, interpolate them by order-8 Zernike polynomials; so does this reader, by regularised least squares
-//! over Koenderink and van Doorn's 55 modes H_nml (`zernike`):
+//! Dana, van Ginneken, Nayar & Koenderink 1999, Reflectance and Texture of Real-World Surfaces. Ramamoorthi &
+//! Hanrahan 2002, section 5.7.2, interpolate them by order-8 Zernike polynomials; so does this reader, by
+//! regularised least squares over Koenderink and van Doorn's 55 modes H_nml (`zernike`):
 //!
 //! a = argmin Σ_j (f_j − Σ a H(wi_j, wo_j))² + λ Σ d a², d = ((n(n+2) + m(m+2))/(2·8·10))² + 1e-6,
 //!
-//! λ by leaving out one measurement at a time (all channels share it). 205 measurements stop at 85° or less; nearer to the
-//! horizon the fit extrapolates, and where it is negative **f = max(0, Σ a H)**.
+//! λ by leaving out one measurement at a time (all channels share it). 205 measurements stop at 85° or less;
+//! nearer to the horizon the fit extrapolates, and where it is negative **f = max(0, Σ a H)**.
 //!
-//! Files: `rbrdf.dat` with `gbrdf.dat` and `bbrdf.dat` beside it, or any single file as grey (`abrdf.dat`); rows are the
-//! sample's number and its measurements. The directions are in a second file, `angles=` (default `angles.dat` beside the
-//! first), one row per measurement. The fits that CUReT publishes (`kp8*.dat`) are not read: their order is not documented.
+//! Files: `rbrdf.dat` with `gbrdf.dat` and `bbrdf.dat` beside it, or any single file as grey (`abrdf.dat`);
+//! rows are the sample's number and its measurements. The directions are in a second file, `angles=` (default
+//! `angles.dat` beside the first), one row per measurement. The fits that CUReT publishes (`kp8*.dat`) are
+//! not read: their order is not documented.
 
 use super::zernike::{self, MODES, ORDER};
 use crate::draw::{self, Draw};

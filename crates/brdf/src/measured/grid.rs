@@ -11,8 +11,8 @@ use steradian_simd::run;
 /// What the four coordinates of a grid are, slowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Coordinates {
-    /// √θ_h, φ_h, θ_d and φ_d modulo π (Rusinkiewicz 1998), values at the centres of cells. One cell in φ_h: isotropic. f is
-    /// reciprocal by construction.
+    /// √θ_h, φ_h, θ_d and φ_d modulo π (Rusinkiewicz 1998), values at the centres of cells. One cell in φ_h:
+    /// isotropic. f is reciprocal by construction.
     Half,
     /// θ_i, φ_i, θ_o, φ_o, values at nodes; the last polar angle is given in whole degrees.
     Directions {
@@ -80,9 +80,9 @@ pub(super) fn of_half_angles([theta_h, phi_h, theta_d, phi_d]: [f64; 4]) -> (DVe
 }
 
 impl Grid {
-    /// Of cells in which those with a number that is not finite are missing: they take the nearest cell at a smaller
-    /// coordinate, else at a greater one, along each coordinate of `order` in turn. `None` where no cell is there or sizes do
-    /// not fit.
+    /// Of cells in which those with a number that is not finite are missing: they take the nearest cell at a
+    /// smaller coordinate, else at a greater one, along each coordinate of `order` in turn. `None` where no
+    /// cell is there or sizes do not fit.
     pub fn filled(
         coordinates: Coordinates,
         sizes: [usize; 4],
@@ -123,8 +123,9 @@ impl Grid {
         of_half_angles([theta_h, phi_h, at(i / nt % nd, nd) * FRAC_PI_2, at(i % nt, nt) * PI])
     }
 
-    /// Are light and view above the horizon at the centres of cells of an isotropic grid of [`Coordinates::Half`]? In the cells'
-    /// order. Both are where cos θ_h cos θ_d exceeds sin θ_h sin θ_d |cos φ_d|.
+    /// Are light and view above the horizon at the centres of cells of an isotropic grid of
+    /// [`Coordinates::Half`]? In the cells' order. Both are where cos θ_h cos θ_d exceeds sin θ_h sin θ_d
+    /// |cos φ_d|.
     pub fn centres_above([nh, nd, nt]: [usize; 3]) -> impl Iterator<Item = bool> {
         let at = |n: usize, whole: f64| (0..n).map(move |i| (i as f64 + 0.5) / n as f64 * whole);
         let turns: Vec<f64> = at(nt, PI).map(|t| t.cos().abs()).collect();
@@ -202,7 +203,8 @@ impl Grid {
         }
     }
 
-    /// The text, and what it reads: the kind of the coordinates with degrees of the last polar angle, the sizes, the cells.
+    /// The text, and what it reads: the kind of the coordinates with degrees of the last polar angle, the
+    /// sizes, the cells.
     pub fn twin(&self) -> Twin {
         let (kind, last) = match self.coordinates {
             Coordinates::Half => (0.0, 90),

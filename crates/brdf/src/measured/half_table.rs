@@ -1,14 +1,16 @@
 //! An isotropic grid in half and difference angles, looked up at many directions to the light.
 //!
-//! With v = wi + wo and e = wi − wo, which stand at right angles: tan θ_h = |(v_x, v_y)|/v_z, tan θ_d = |e|/|v|, and φ_d is the
-//! azimuth of e about v from the direction in which θ_h grows. No vector is normalised and no angle taken by its cosine, so
-//! small ones are accurate; and f is reciprocal to the bit, since e changes its sign only.
+//! With v = wi + wo and e = wi − wo, which stand at right angles: tan θ_h = |(v_x, v_y)|/v_z, tan θ_d =
+//! |e|/|v|, and φ_d is the azimuth of e about v from the direction in which θ_h grows. No vector is
+//! normalised and no angle taken by its cosine, so small ones are accurate; and f is reciprocal to the bit,
+//! since e changes its sign only.
 
 use glam::DVec3;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, PI};
 use steradian_simd::{Arch, Kernel};
 
-/// f of each of `wi` and `wo`, above the horizon. Eight directions are placed at a time; the bits are those of one alone.
+/// f of each of `wi` and `wo`, above the horizon. Eight directions are placed at a time; the bits are those
+/// of one alone.
 pub(super) struct Lookup<'a> {
     /// √θ_h, θ_d and φ_d, the last fastest.
     pub cells: &'a [[f32; 3]],
@@ -68,8 +70,8 @@ fn places<const N: usize>(wi: &[DVec3; N], wo: DVec3, sizes: [usize; 3]) -> [[f6
     [h, d, t]
 }
 
-/// The angle whose tangent is y/x, for y, x ≥ 0 and finite; 0 where both are 0. Cephes' rational function (Moshier 1989) for
-/// tangents up to 0.66; errors are 3e-16 at most.
+/// The angle whose tangent is y/x, for y, x ≥ 0 and finite; 0 where both are 0. Cephes' rational function
+/// (Moshier 1989) for tangents up to 0.66; errors are 3e-16 at most.
 #[inline(always)]
 fn first_quadrant(y: f64, x: f64) -> f64 {
     const P: [f64; 5] = [

@@ -31,8 +31,8 @@ pub(super) fn list(path: &Path, standard: &str, a: &Args<'_>) -> PathBuf {
     a.file("names").unwrap_or_else(|| path.with_file_name(standard))
 }
 
-/// The specs that a spec with `*` for the material stands for: `npf:FILE,*`, `nbrdf:FILE,*`, `sgd:*`, `abc:*`. Any other spec
-/// stands for itself.
+/// The specs that a spec with `*` for the material stands for: `npf:FILE,*`, `nbrdf:FILE,*`, `sgd:*`,
+/// `abc:*`. Any other spec stands for itself.
 pub fn expand(spec: &str, files: Files<'_>) -> Result<Vec<String>, SpecError> {
     let (model, body) = split_spec(spec);
     if body == "*" && model == "sgd" {

@@ -1,18 +1,20 @@
 //! MERL's tables of isotropic reflectance, and tables made of any other.
 //!
-//! Matusik, Pfister, Brand & McMillan 2003, A Data-Driven Reflectance Model; coordinates of Rusinkiewicz 1998, A New Change
-//! of Variables for Efficient BRDF Representation: the angle θ_h of the half vector, and the light's direction about it
-//! (θ_d, φ_d). A file holds 90 × 90 × 180 cells per channel, at
+//! Matusik, Pfister, Brand & McMillan 2003, A Data-Driven Reflectance Model; coordinates of Rusinkiewicz
+//! 1998, A New Change of Variables for Efficient BRDF Representation: the angle θ_h of the half vector, and
+//! the light's direction about it (θ_d, φ_d). A file holds 90 × 90 × 180 cells per channel, at
 //!
 //! i_h + ½ = 90 √(θ_h/(π/2)), i_d + ½ = 90 θ_d/(π/2), i_φ + ½ = 180 φ_d/π,
 //!
-//! φ_d modulo π because f is reciprocal, in units of 1/1500, 1.15/1500 and 1.66/1500 sr⁻¹ for red, green and blue. Between
-//! the centres of cells f is trilinear in these coordinates; beyond the outermost centres it is constant (φ_d wraps).
+//! φ_d modulo π because f is reciprocal, in units of 1/1500, 1.15/1500 and 1.66/1500 sr⁻¹ for red, green and
+//! blue. Between the centres of cells f is trilinear in these coordinates; beyond the outermost centres it is
+//! constant (φ_d wraps).
 //!
-//! A cell with a negative value in any channel was not measured: it is missing, not black. It takes the value of the
-//! nearest cell at smaller θ_d with the same θ_h and φ_d (light and view both away from the horizon); where there is none,
-//! of the nearest at greater θ_d; where the whole row is missing, of the same cell of the row with the next smaller θ_h.
-//! Cells whose centre has light or view below the horizon mean nothing and are filled alike, for the interpolation.
+//! A cell with a negative value in any channel was not measured: it is missing, not black. It takes the value
+//! of the nearest cell at smaller θ_d with the same θ_h and φ_d (light and view both away from the horizon);
+//! where there is none, of the nearest at greater θ_d; where the whole row is missing, of the same cell of
+//! the row with the next smaller θ_h. Cells whose centre has light or view below the horizon mean nothing and
+//! are filled alike, for the interpolation.
 
 use super::grid::{Coordinates, Grid, MERL};
 use super::table::{Counts, Table};
@@ -55,7 +57,8 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     made(a, "merl:gold-metallic-paint.binary", read, keep)
 }
 
-/// The table that `brdf` would have been measured as; cells below the horizon are −1. The reflectance must be isotropic.
+/// The table that `brdf` would have been measured as; cells below the horizon are −1. The reflectance must be
+/// isotropic.
 pub fn tabulate(brdf: &dyn Brdf, task: &Task) -> Result<MerlTable, Cancelled> {
     task.begin("tabulating", MERL[0] as u64);
     let slices: Vec<Vec<[f64; 3]>> = (0..MERL[0])

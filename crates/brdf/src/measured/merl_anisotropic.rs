@@ -1,7 +1,8 @@
-//! MERL's anisotropic materials (Ngan, Durand & Matusik 2005, "Experimental Analysis of BRDF Models"): tables in the polar
-//! angles of light and view, the difference of their azimuths and the light's azimuth, linear between the centres of cells and
-//! constant beyond the outermost. A cell with a negative channel was not measured: it takes the nearest cell at a smaller polar
-//! angle of the view, else at a greater one, else along the light's.
+//! MERL's anisotropic materials (Ngan, Durand & Matusik 2005, "Experimental Analysis of BRDF Models"): tables
+//! in the polar angles of light and view, the difference of their azimuths and the light's azimuth, linear
+//! between the centres of cells and constant beyond the outermost. A cell with a negative channel was not
+//! measured: it takes the nearest cell at a smaller polar angle of the view, else at a greater one, else
+//! along the light's.
 
 use super::grid::{Coordinates, Grid};
 use super::table::{Counts, Table};

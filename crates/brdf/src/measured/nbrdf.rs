@@ -1,14 +1,15 @@
 //! Materials as small neural networks.
 //!
-//! Sztrajman, Rainer, Ritschel & Weyrich 2021, Neural BRDF Representation and Importance Sampling: f is a network of layers
-//! 6 → 21 → 21 → 3 with rectifiers, of the half vector and the difference vector (Rusinkiewicz 1998) with the half vector's
-//! azimuth turned to 0:
+//! Sztrajman, Rainer, Ritschel & Weyrich 2021, Neural BRDF Representation and Importance Sampling: f is a
+//! network of layers 6 → 21 → 21 → 3 with rectifiers, of the half vector and the difference vector
+//! (Rusinkiewicz 1998) with the half vector's azimuth turned to 0:
 //!
 //! **f = max(0, exp(x) − 1)**, x the output, sr⁻¹ per channel.
 //!
-//! File: 675 little-endian 32-bit floats per material, `W₁[6][21] b₁[21] W₂[21][21] b₂[21] W₃[21][3] b₃[3]`, inputs outermost;
-//! names beside it, one per line, in the file called like it with `_names.txt` for `_f32le.bin`. A network is not
-//! reciprocal in its difference vector; here f is the mean of the network over both orders of the directions.
+//! File: 675 little-endian 32-bit floats per material, `W₁[6][21] b₁[21] W₂[21][21] b₂[21] W₃[21][3] b₃[3]`,
+//! inputs outermost; names beside it, one per line, in the file called like it with `_names.txt` for
+//! `_f32le.bin`. A network is not reciprocal in its difference vector; here f is the mean of the network over
+//! both orders of the directions.
 
 use super::materials;
 use super::tabulated::{self, Tabulated, Twin};
@@ -42,7 +43,8 @@ pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 const HIDDEN: usize = 21;
 /// More materials than any such file has.
 const MAX_BYTES: u64 = 16 << 20;
-/// Three layers of up to 21 products each then stay below 1e31, so that no sum overflows. Trained weights are of order 10.
+/// Three layers of up to 21 products each then stay below 1e31, so that no sum overflows. Trained weights are
+/// of order 10.
 const MAX_WEIGHT: f32 = 1e9;
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {

@@ -1,17 +1,18 @@
 //! The 100 MERL materials as tabulated factors.
 //!
-//! Bagher, Snyder & Nowrouzezahrai 2016, A Non-Parametric Factor Microfacet Model for Isotropic BRDFs. Per channel, 90
-//! numbers each of D over √θ_h, of G₁ over θ and of F over θ_d:
+//! Bagher, Snyder & Nowrouzezahrai 2016, A Non-Parametric Factor Microfacet Model for Isotropic BRDFs. Per
+//! channel, 90 numbers each of D over √θ_h, of G₁ over θ and of F over θ_d:
 //!
 //! **f = (ρ_d + ρ_s D(θ_h) F(θ_d) G₁(θ_i) G₁(θ_o)/(n·wi n·wo))/π**
 //!
-//! Numbers stand at the centres of their bins, i + ½ = 90 √(θ_h/(π/2)) for D and degrees for G₁ and F, linear between them
-//! and constant beyond. The first number of G₁ is 0 for every material, and that of F next to nothing:
-//! nothing was measured within a degree there. Where a first number is less than half of the second it is missing, and the
-//! second stands for it. (The authors take the nearest bin for D and F, so that f is nearly ρ_d/π at θ_d below 1°.)
+//! Numbers stand at the centres of their bins, i + ½ = 90 √(θ_h/(π/2)) for D and degrees for G₁ and F, linear
+//! between them and constant beyond. The first number of G₁ is 0 for every material, and that of F next to
+//! nothing: nothing was measured within a degree there. Where a first number is less than half of the second
+//! it is missing, and the second stands for it. (The authors take the nearest bin for D and F, so that f is
+//! nearly ρ_d/π at θ_d below 1°.)
 //!
-//! File: 32-bit floats `[256][512][3]`, rows of materials, columns ρ_d, ρ_s, 90 of D, 90 of G₁, 90 of F; names in
-//! `npf_material_names.txt` beside it, one per line.
+//! File: 32-bit floats `[256][512][3]`, rows of materials, columns ρ_d, ρ_s, 90 of D, 90 of G₁, 90 of F;
+//! names in `npf_material_names.txt` beside it, one per line.
 
 use super::grid::half_angles;
 use super::materials;

@@ -1,19 +1,20 @@
-//! Scattered measurements: any pairs of directions, brought to a grid by radial-basis interpolation, as Kautz, Sloan &
-//! Snyder 2002 do before they project ("tabulated data (which we interpolate using radial basis functions to create a smooth
-//! BRDF)").
+//! Scattered measurements: any pairs of directions, brought to a grid by radial-basis interpolation, as
+//! Kautz, Sloan & Snyder 2002 do before they project ("tabulated data (which we interpolate using radial
+//! basis functions to create a smooth BRDF)").
 //!
-//! Per channel g = ln(f + ε), ε a thousandth of the median of f, is interpolated at the centre of each cell of a grid in half
-//! and difference angles from its K nearest measurements x_j:
+//! Per channel g = ln(f + ε), ε a thousandth of the median of f, is interpolated at the centre of each cell
+//! of a grid in half and difference angles from its K nearest measurements x_j:
 //!
-//! **g(x) = m + Σ s_j (g_j − m)**, s = K⁻¹ k(x), K_ij = exp(−|x_i − x_j|/ℓ) + λ δ_ij, k_j = exp(−|x − x_j|/ℓ),
+//! **g(x) = m + Σ s_j (g_j − m)**, s = K⁻¹ k(x), K_ij = exp(−|x_i − x_j|/ℓ) + λ δ_ij, k_j = exp(−|x −
+//! x_j|/ℓ),
 //!
-//! m their mean in the metric of K, ℓ four times the distance of the farthest, λ = 1e-3, which lets equal directions differ by
-//! noise. The result is cut to the range of the K measurements, so that nothing is extrapolated: beyond the last measured
-//! elevation f stays what the nearest measurements are.
+//! m their mean in the metric of K, ℓ four times the distance of the farthest, λ = 1e-3, which lets equal
+//! directions differ by noise. The result is cut to the range of the K measurements, so that nothing is
+//! extrapolated: beyond the last measured elevation f stays what the nearest measurements are.
 //!
-//! Directions become points such that neighbours are alike. With u = √(θ_h/(π/2)) and d = θ_d/(π/2): isotropic,
-//! (3/2 u, d, u d cos 2φ_d, u d |sin 2φ_d|), in which f is reciprocal and symmetric about the plane of incidence; else
-//! (3/2 u cos φ_h, 3/2 u sin φ_h, d, d cos 2ψ, d sin 2ψ), ψ the azimuth of wi − wo.
+//! Directions become points such that neighbours are alike. With u = √(θ_h/(π/2)) and d = θ_d/(π/2):
+//! isotropic, (3/2 u, d, u d cos 2φ_d, u d |sin 2φ_d|), in which f is reciprocal and symmetric about the
+//! plane of incidence; else (3/2 u cos φ_h, 3/2 u sin φ_h, d, d cos 2ψ, d sin 2ψ), ψ the azimuth of wi − wo.
 
 use super::grid::{Coordinates, Grid, half_angles};
 use super::table::{Counts, Table};
@@ -54,7 +55,8 @@ fn upper(theta: f64, phi: f64) -> Option<DVec3> {
 }
 
 impl Samples {
-    /// A measurement at θ_i, φ_i, θ_o, φ_o in radians. One at or below the horizon is missing; so is a negative one.
+    /// A measurement at θ_i, φ_i, θ_o, φ_o in radians. One at or below the horizon is missing; so is a
+    /// negative one.
     pub fn push(&mut self, [ti, pi, to, po]: [f64; 4], value: [f64; 3]) {
         match (upper(ti, pi), upper(to, po)) {
             (Some(wi), Some(wo)) => self.add(wi, wo, value),

@@ -1,4 +1,5 @@
-//! How a measured reflectance is concentrated, found by evaluating it: what its samplers, hints and peak are made of.
+//! How a measured reflectance is concentrated, found by evaluating it: what its samplers, hints and peak are
+//! made of.
 
 use crate::draw::Draw;
 use crate::math::{largest, spherical};
@@ -6,7 +7,8 @@ use crate::{Brdf, Lobe, Peak, hint};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Half vectors are tried from this angle on, radians: finer than the finest cell of MERL's tables, 0.2 milliradians.
+/// Half vectors are tried from this angle on, radians: finer than the finest cell of MERL's tables, 0.2
+/// milliradians.
 const FINEST: f64 = 1e-4;
 const STEPS: usize = 160;
 /// Tilts beyond this tell of the diffuse part only.
@@ -16,11 +18,12 @@ const FAR: f64 = 0.45;
 /// Angle of the view, which keeps retro-reflection out of the profile.
 const VIEW: f64 = 0.5;
 
-/// A distribution of half vectors like the measured one: a GGX of the highlight's core, one of its reach, the rest, and
-/// what goes back to where the light comes from.
+/// A distribution of half vectors like the measured one: a GGX of the highlight's core, one of its reach, the
+/// rest, and what goes back to where the light comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Shape {
-    /// Width α of a GGX with the profile's width at a quarter of its height; `None` where there is no highlight.
+    /// Width α of a GGX with the profile's width at a quarter of its height; `None` where there is no
+    /// highlight.
     core: Option<f64>,
     /// Width α of a GGX of which as much lies within as of the profile: four fifths.
     reach: f64,
@@ -47,8 +50,8 @@ fn angles() -> (Vec<f64>, f64) {
 }
 
 impl Shape {
-    /// Of the function f(wi, wo): its profile over the angle of the half vector, across the plane of incidence. Where f is
-    /// anisotropic, the narrowest of four planes.
+    /// Of the function f(wi, wo): its profile over the angle of the half vector, across the plane of
+    /// incidence. Where f is anisotropic, the narrowest of four planes.
     pub fn measure(f: &dyn Fn(DVec3, DVec3) -> [f64; 3], isotropic: bool) -> Self {
         let first = Self::in_plane(f, 0.0);
         if isotropic {
@@ -90,7 +93,8 @@ impl Shape {
             let top = above.iter().position(|v| *v >= 0.999 * (peak - base)).unwrap_or(0);
             let fallen = (top..STEPS).find(|i| above[*i] <= 0.25 * (peak - base)).unwrap_or(STEPS - 1);
             let core = angles[fallen].tan();
-            // ∫ 4 cos θ_h sin θ_h dθ_h dφ with dθ_h = θ_h d ln θ_h: the solid angle of wi near the mirror direction.
+            // ∫ 4 cos θ_h sin θ_h dθ_h dφ with dθ_h = θ_h d ln θ_h: the solid angle of wi near the mirror
+            // direction.
             let part = |i: usize| above[i] * 4.0 * angles[i].cos() * angles[i].sin() * angles[i];
             let (total, four_fifths) = parts(part);
             // A GGX holds t²/(α² + t²) of itself within tan θ_h = t: four fifths at t = 2α.
@@ -169,8 +173,8 @@ fn parts(part: impl Fn(usize) -> f64) -> (f64, usize) {
 }
 
 impl Retro {
-    /// The lobe about the view of which `behind` is the profile, and what it sends back; `forward` is f at the same tilt of
-    /// the half vector in a direction aside: only what is well above it is retro-reflection.
+    /// The lobe about the view of which `behind` is the profile, and what it sends back; `forward` is f at
+    /// the same tilt of the half vector in a direction aside: only what is well above it is retro-reflection.
     fn measure(angles: &[f64], step: f64, behind: &[f64], forward: f64) -> (Option<Self>, f64) {
         let far = angles.iter().zip(behind).filter(|(t, _)| **t > FAR).map(|(_, v)| *v);
         let base = far.fold(0.0, f64::max);

@@ -15,9 +15,9 @@ pub(super) fn weights_of(wavelengths: &[f64]) -> Result<Vec<[f64; 3]>, String> {
     visible.then_some(weights).ok_or_else(|| "its wavelengths lie outside the visible ones".into())
 }
 
-/// The weight of each wavelength (ascending, nm) per channel, so that a spectrum of constant reflectance ρ is (ρ, ρ, ρ):
-/// equal-energy light, its white brought to that of Rec. 709 by factors of X, Y and Z. The spectrum is linear between
-/// its wavelengths.
+/// The weight of each wavelength (ascending, nm) per channel, so that a spectrum of constant reflectance ρ is
+/// (ρ, ρ, ρ): equal-energy light, its white brought to that of Rec. 709 by factors of X, Y and Z. The
+/// spectrum is linear between its wavelengths.
 fn weights(wavelengths: &[f64]) -> Vec<[f64; 3]> {
     let mut xyz = vec![[0.0; 3]; wavelengths.len()];
     for (i, pair) in wavelengths.windows(2).enumerate() {

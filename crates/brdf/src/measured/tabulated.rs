@@ -27,7 +27,8 @@ pub(super) trait Tabulated: Debug + Send + Sync + 'static {
     /// f of two directions above the horizon.
     fn value(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
 
-    /// [`Tabulated::value`] of each of `wi`, into `out`; what is written for those below the horizon does not matter.
+    /// [`Tabulated::value`] of each of `wi`, into `out`; what is written for those below the horizon does not
+    /// matter.
     fn values(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
         for (f, wi) in out.iter_mut().zip(wi) {
             *f = if wi.z > 0.0 { self.value(*wi, wo) } else { [0.0; 3] };
@@ -73,8 +74,8 @@ impl<T: Tabulated> Measured<T> {
     }
 }
 
-/// The reflectance that a spec with one file names: what `read` makes of the path, or `keep` of the numbers that are kept of
-/// it. `example` is a whole spec.
+/// The reflectance that a spec with one file names: what `read` makes of the path, or `keep` of the numbers
+/// that are kept of it. `example` is a whole spec.
 pub(super) fn make<T: Tabulated>(
     a: &Args<'_>,
     example: &str,

@@ -1,8 +1,9 @@
-//! Koenderink, van Doorn & Stavridi 1996, Bidirectional Reflection Distribution Function Expressed in Terms of Surface
-//! Scattering Modes: products of Zernike polynomials on both hemispheres, for isotropic reciprocal reflectance.
+//! Koenderink, van Doorn & Stavridi 1996, Bidirectional Reflection Distribution Function Expressed in Terms
+//! of Surface Scattering Modes: products of Zernike polynomials on both hemispheres, for isotropic reciprocal
+//! reflectance.
 //!
-//! With ϱ = √2 sin(θ/2), which maps the hemisphere to the unit disk with equal areas, R_n^l Zernike's radial polynomials,
-//! n ≥ m ≥ l ≥ 0, n − l and m − l even:
+//! With ϱ = √2 sin(θ/2), which maps the hemisphere to the unit disk with equal areas, R_n^l Zernike's radial
+//! polynomials, n ≥ m ≥ l ≥ 0, n − l and m − l even:
 //!
 //! **H_nml = 1/2π √((n+1)(m+1)/q) (R_n^l(ϱ_i) R_m^l(ϱ_o) + R_m^l(ϱ_i) R_n^l(ϱ_o)) cos l(φ_o − φ_i)**,
 //!

@@ -2,9 +2,9 @@
 //!
 //! Ashikhmin & Shirley 2000, An Anisotropic Phong BRDF Model, eqs 4, 5 (h normalised, u = t, v = b):
 //!
-//! ρ_s = √((nu + 1)(nv + 1))/(8π) · (n·h)^((nu (h·u)² + nv (h·v)²)/(1 − (h·n)²)) / (h·wi max(n·wi, n·wo)) · F,
-//! F = rs + (1 − rs)(1 − wi·h)⁵;
-//! ρ_d = 28 rd/(23π) (1 − rs)(1 − (1 − n·wi/2)⁵)(1 − (1 − n·wo/2)⁵). **f = ρ_s + ρ_d**
+//! ρ_s = √((nu + 1)(nv + 1))/(8π) · (n·h)^((nu (h·u)² + nv (h·v)²)/(1 − (h·n)²)) / (h·wi max(n·wi, n·wo)) ·
+//! F, F = rs + (1 − rs)(1 − wi·h)⁵; ρ_d = 28 rd/(23π) (1 − rs)(1 − (1 − n·wi/2)⁵)(1 − (1 − n·wo/2)⁵). **f =
+//! ρ_s + ρ_d**
 
 use crate::draw::{self, Draw};
 use crate::math::{above, half, half_cosine, largest, pow5, schlick};

@@ -1,8 +1,8 @@
 //! Sheen of cloth.
 //!
-//! Estevez & Kulla 2017, Production Friendly Microfacet Sheen BRDF, eq. 2 and section 3, as glTF's KHR_materials_sheen
-//! has it (without terminator softening): **f = color D/(4 n·wi n·wo (1 + Λ(n·wi) + Λ(n·wo)))**,
-//! D = (2 + 1/α) sin^(1/α) θ_h/2π, Λ their fit.
+//! Estevez & Kulla 2017, Production Friendly Microfacet Sheen BRDF, eq. 2 and section 3, as glTF's
+//! KHR_materials_sheen has it (without terminator softening): **f = color D/(4 n·wi n·wo (1 + Λ(n·wi) +
+//! Λ(n·wo)))**, D = (2 + 1/α) sin^(1/α) θ_h/2π, Λ their fit.
 
 use crate::dfg::charlie::lambda;
 use crate::draw::{self, Draw};
@@ -44,7 +44,8 @@ pub struct Charlie {
     color: [f64; 3],
 }
 
-/// Half of the samples by the cosine, half uniform: light comes from all sides, much of it from near the horizon.
+/// Half of the samples by the cosine, half uniform: light comes from all sides, much of it from near the
+/// horizon.
 const DRAW: [(f64, Draw); 2] = [(0.5, Draw::Cosine), (0.5, Draw::Uniform)];
 
 impl Brdf for Charlie {

@@ -6,9 +6,9 @@ use std::f64::consts::FRAC_PI_2;
 /// Intervals of the table.
 const STEPS: usize = 256;
 
-/// Q(x) = ∫ₓ^{π/2} cosᵐ t dt for one exponent n: a table for the m = n + 2k ≥ 8 at equal steps of x up to where cosᵐ
-/// is 1e-18 (or π/2), read by quintic Hermite interpolation, and k steps of
-/// (m + 1) Q_m = (m + 2) Q_{m+2} + cosᵐ⁺¹x sin x down to n. Tails are kept to a relative error.
+/// Q(x) = ∫ₓ^{π/2} cosᵐ t dt for one exponent n: a table for the m = n + 2k ≥ 8 at equal steps of x up to
+/// where cosᵐ is 1e-18 (or π/2), read by quintic Hermite interpolation, and k steps of (m + 1) Q_m = (m + 2)
+/// Q_{m+2} + cosᵐ⁺¹x sin x down to n. Tails are kept to a relative error.
 #[derive(Debug, Clone)]
 pub struct CosinePower {
     n: f64,

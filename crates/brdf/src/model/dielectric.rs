@@ -1,14 +1,15 @@
 //! A rough dielectric layer over a diffuse base, without loss but for the layer's own.
 //!
-//! Kelemen & Szirmay-Kalos 2001, A Microfacet Based Coupled Specular-Matte BRDF Model with Importance Sampling, eq. 5, as
-//! Kulla & Conty 2017, Revisiting Physically Based Shading at Imageworks, use it: the base gets what the layer does not
-//! reflect, on the way in and on the way out:
+//! Kelemen & Szirmay-Kalos 2001, A Microfacet Based Coupled Specular-Matte BRDF Model with Importance
+//! Sampling, eq. 5, as Kulla & Conty 2017, Revisiting Physically Based Shading at Imageworks, use it: the
+//! base gets what the layer does not reflect, on the way in and on the way out:
 //!
 //! **f = D F G₂/(4 n·wi n·wo) + albedo/π (1 − E(n·wi))(1 − E(n·wo))/(1 − Ē)**
 //!
-//! D, F and G₂ are those of [`super::ggx`], E(μ) = f0 A(μ) + B(μ) the layer's albedo ([`crate::dfg::ggx`], piecewise linear
-//! in √μ), Ē = 2 ∫ E μ dμ. Under constant light the base reflects albedo (1 − E(n·wo)) of it. With albedo = (1 − m) c
-//! and f0 = 0.04 (1 − m) + m c it is a glTF material of base colour c and metalness m.
+//! D, F and G₂ are those of [`super::ggx`], E(μ) = f0 A(μ) + B(μ) the layer's albedo ([`crate::dfg::ggx`],
+//! piecewise linear in √μ), Ē = 2 ∫ E μ dμ. Under constant light the base reflects albedo (1 − E(n·wo)) of
+//! it. With albedo = (1 − m) c and f0 = 0.04 (1 − m) + m c it is a glTF material of base colour c and
+//! metalness m.
 
 use crate::dfg;
 use crate::draw::{self, Draw};

@@ -1,8 +1,8 @@
 //! GGX microfacets.
 //!
 //! Walter, Marschner, Li, Torrance 2007, Microfacet Models for Refraction through Rough Surfaces, eqs 20, 33;
-//! Heitz 2014, Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, eqs 85–87 (anisotropic D)
-//! and 99 (height-correlated G₂).
+//! Heitz 2014, Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, eqs 85–87 (anisotropic
+//! D) and 99 (height-correlated G₂).
 //!
 //! With σ(w) = √(ax² w_x² + ay² w_y² + w_z²): Λ(w) = (σ(w)/w_z − 1)/2, G₂ = 1/(1 + Λ(wi) + Λ(wo)), thus
 //! G₂/(4 n·wi n·wo) = ½/(σ(wi) n·wo + σ(wo) n·wi), which has no cancellation at grazing angles.
@@ -95,8 +95,8 @@ impl Ggx {
     }
 }
 
-/// [`Brdf::f_cos_batch`], eight directions at a time, with the operations of [`Ggx::shape`] in their order: the bits are the
-/// same.
+/// [`Brdf::f_cos_batch`], eight directions at a time, with the operations of [`Ggx::shape`] in their order:
+/// the bits are the same.
 struct Batch<'a> {
     ggx: &'a Ggx,
     wi: &'a [DVec3],

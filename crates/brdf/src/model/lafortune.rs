@@ -5,8 +5,8 @@
 //!
 //! **f = kd/π + Σ ks (c_x x x' + c_y y y' + c_z z z')₊^n**, per channel.
 //!
-//! c_x = c_y = −1, c_z = 1 is Phong's lobe about the mirror direction; c_x, c_y > 0 reflects back to where the
-//! light comes from; |c_z| < |c_x| moves the peak towards the horizon.
+//! c_x = c_y = −1, c_z = 1 is Phong's lobe about the mirror direction; c_x, c_y > 0 reflects back to where
+//! the light comes from; |c_z| < |c_x| moves the peak towards the horizon.
 
 use super::published;
 use crate::draw::{self, Draw};

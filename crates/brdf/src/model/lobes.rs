@@ -1,12 +1,13 @@
 //! Fitted Gaussian lobes as a reflectance: what a fit means.
 //!
-//! Green, Kautz & Durand 2007, eqs 3 and 4: **f n·wi = ρ_d/π ⟨n·wi⟩ + Σ_k w_k G_σk(μ_k − δ)** with what [`crate::fit::gaussian`]
-//! interpolates for the view. The lobes cover the whole sphere, as filtered maps hold them.
+//! Green, Kautz & Durand 2007, eqs 3 and 4: **f n·wi = ρ_d/π ⟨n·wi⟩ + Σ_k w_k G_σk(μ_k − δ)** with what
+//! [`crate::fit::gaussian`] interpolates for the view. The lobes cover the whole sphere, as filtered maps
+//! hold them.
 //!
-//! File: safetensors with `lobes` `[N][K][6]` in half precision (angle of the mean from the mirror direction, σ, weights of red,
-//! green, blue, s of the sweep), equally spaced views from 0 to 89°, and `diffuse` `[3]`. Without s, `[N][K][5]`, lobes are round.
-//! Anisotropic: `lobes` `[N][M][K][8]`, with the angles of the mean out of the plane of incidence and of the sweep at the end, and M azimuths
-//! of the view, 2π(j + ½)/M.
+//! File: safetensors with `lobes` `[N][K][6]` in half precision (angle of the mean from the mirror direction,
+//! σ, weights of red, green, blue, s of the sweep), equally spaced views from 0 to 89°, and `diffuse` `[3]`.
+//! Without s, `[N][K][5]`, lobes are round. Anisotropic: `lobes` `[N][M][K][8]`, with the angles of the mean
+//! out of the plane of incidence and of the sweep at the end, and M azimuths of the view, 2π(j + ½)/M.
 
 use crate::draw::{self, Draw};
 use crate::fit::gaussian::{GaussianFit, GaussianLobe, LAST, MAX_LOBES, view_of};

@@ -1,8 +1,8 @@
 //! Phong lobes about the mirror direction r, defined with the cosine in.
 //!
 //! - Phong 1975; Kautz 2004, Hardware Lighting and Shading: a Survey, eqs 22–24: k_s (r·wi)^N/(n·wi), so that
-//!   **f_cos = max(0, r·wi)^N** above the horizon (`phong`) or over the whole sphere (`phong-map`, the value that
-//!   a prefiltered map holds: the map of eq. 25 has no horizon).
+//!   **f_cos = max(0, r·wi)^N** above the horizon (`phong`) or over the whole sphere (`phong-map`, the value
+//!   that a prefiltered map holds: the map of eq. 25 has no horizon).
 //! - Ramamoorthi & Hanrahan 2002, Frequency Space Environment Map Rendering, eq. 5.26:
 //!   **f_cos = (s + 1)/2π · max(0, r·wi)^s** over the whole sphere (`phong-normalized`), of integral 1.
 

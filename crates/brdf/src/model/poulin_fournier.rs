@@ -1,18 +1,18 @@
 //! A surface of parallel micro-cylinders.
 //!
-//! Poulin & Fournier 1990, A Model for Anisotropic Reflection: the reflected light is that of the portion of the
-//! cylinders (and of the floor between them) that is both lit and seen, their neighbours blocking. Here that
-//! portion is exact, the diffuse integral is closed, and the specular one (which the paper approximates by
-//! Chebyshev polynomials) is reduced to ∫ cosⁿ, which is tabulated.
+//! Poulin & Fournier 1990, A Model for Anisotropic Reflection: the reflected light is that of the portion of
+//! the cylinders (and of the floor between them) that is both lit and seen, their neighbours blocking. Here
+//! that portion is exact, the diffuse integral is closed, and the specular one (which the paper approximates
+//! by Chebyshev polynomials) is reduced to ∫ cosⁿ, which is tabulated.
 //!
 //! Cylinders of radius 1 lie along t with axes `d` apart; the floor lies at height `h` above the axes. Across
 //! t, a direction w has length l = √(1 − (w·t)²) and tilt θ = atan2(w·b, w·n). The point of a cylinder with
-//! normal n'(φ) = sin φ b + cos φ n, |φ| ≤ arccos h, sees w if |φ − θ| < π/2 and the nearest neighbour on that
-//! side leaves it free: ±sin(φ − θ) ≤ d cos θ − 1. The floor sees w between 1/cos θ-wide shadows. With a local
-//! reflectance f' = kd/π + ks (N + 8)/(8π) (n'·h)^N:
+//! normal n'(φ) = sin φ b + cos φ n, |φ| ≤ arccos h, sees w if |φ − θ| < π/2 and the nearest neighbour on
+//! that side leaves it free: ±sin(φ − θ) ≤ d cos θ − 1. The floor sees w between 1/cos θ-wide shadows. With a
+//! local reflectance f' = kd/π + ks (N + 8)/(8π) (n'·h)^N:
 //!
-//! **f = 1/(d n·wi n·wo) [∫ f' (n'·wi)(n'·wo) dφ + w f'_floor n·wi n·wo]**, w the width of floor that is lit and
-//! seen. For d → ∞ and h → 1 this is the local reflectance itself.
+//! **f = 1/(d n·wi n·wo) [∫ f' (n'·wi)(n'·wo) dφ + w f'_floor n·wi n·wo]**, w the width of floor that is lit
+//! and seen. For d → ∞ and h → 1 this is the local reflectance itself.
 
 use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, half, largest, positive_pow, power_cosine};
@@ -110,8 +110,8 @@ impl PoulinFournier {
         0.5 * ((hi - lo) * (i.theta - o.theta).cos() + 0.5 * sines) * i.length * o.length
     }
 
-    /// ∫ (n'·h)^n (n'·wi)(n'·wo) dφ. With x = φ − θ_h it is ½ lᵢ lₒ l_hⁿ ∫ cosⁿx [cos(a − b) + cos(2x + c)] dx,
-    /// c = 2θ_h − a − b.
+    /// ∫ (n'·h)^n (n'·wi)(n'·wo) dφ. With x = φ − θ_h it is ½ lᵢ lₒ l_hⁿ ∫ cosⁿx [cos(a − b) + cos(2x + c)]
+    /// dx, c = 2θ_h − a − b.
     fn specular(&self, i: Across, o: Across, h: Across, (lo, hi): (f64, f64)) -> f64 {
         let [even, twice, odd] = self.powers.integrals(lo - h.theta, hi - h.theta);
         let (s, c) = (2.0 * h.theta - i.theta - o.theta).sin_cos();
@@ -205,8 +205,8 @@ mod tests {
     use crate::math::spherical;
     use crate::parse;
 
-    /// Against rays from 400 000 points of the cylinders and as many of the floor. The first two see the floor from
-    /// below the rim's tangent, |sin θ| < h.
+    /// Against rays from 400 000 points of the cylinders and as many of the floor. The first two see the
+    /// floor from below the rim's tangent, |sin θ| < h.
     #[test]
     fn rays_against_neighbours() {
         for (spec, (a, b), exact) in [

@@ -3,13 +3,13 @@
 //! - `skin-steve` (also `skin`) and `skin-mahesh`: Marschner, Westin, Lafortune, Torrance, Greenberg 1999,
 //!   Image-Based BRDF Measurement Including Human Skin; the Cornell Program of Computer Graphics' fits, as
 //!   BRDFLab ships them.
-//! - `blue-paint`: light blue house paint, gonioreflectometer measurements, Lafortune et al. 1997; the numbers
-//!   of pbrt's BluePaint (Cornell's format page of `blLfrtn` prints three of them differently).
+//! - `blue-paint`: light blue house paint, gonioreflectometer measurements, Lafortune et al. 1997; the
+//!   numbers of pbrt's BluePaint (Cornell's format page of `blLfrtn` prints three of them differently).
 //! - `krylon-blue`: Krylon 7205 "True Blue" spray enamel under a glass frosting. Cornell published its
-//!   measurements but no lobes, and `blue-paint` is not it (its diffuse part is four times as bright). This is
-//!   our own fit: least squares of f^(1/3) weighted by √(cos θ_i cos θ_o), elevations below 81°, to the 1439
-//!   spectra in linear Rec. 709 (flat spectrum = white); rms error 2.6, 1.9 and 1.8 % of unit f^(1/3). The
-//!   enamel's diffuse blue lies outside Rec. 709, so red has no diffuse part.
+//!   measurements but no lobes, and `blue-paint` is not it (its diffuse part is four times as bright). This
+//!   is our own fit: least squares of f^(1/3) weighted by √(cos θ_i cos θ_o), elevations below 81°, to the
+//!   1439 spectra in linear Rec. 709 (flat spectrum = white); rms error 2.6, 1.9 and 1.8 % of unit f^(1/3).
+//!   The enamel's diffuse blue lies outside Rec. 709, so red has no diffuse part.
 //! - `clay`, `felt`, `primer`, `brushed-metal`: the same laboratory's, as in pbrt's Clay, Felt, Primer and
 //!   BrushedMetal; `bluish`: as in BRDFLab.
 
@@ -232,7 +232,8 @@ mod tests {
         assert!(names().iter().all(|n| page.contains(n)), "{page}");
     }
 
-    /// Cornell's measurements, at the three wavelengths where they are nearest to the Rec. 709 primaries' hues.
+    /// Cornell's measurements, at the three wavelengths where they are nearest to the Rec. 709 primaries'
+    /// hues.
     #[test]
     fn krylon_blue_follows_the_measured_blue() {
         let Some(path) = steradian_testkit::data("brdfs/cornell/krylon_blue.brdf") else { return };

@@ -1,10 +1,10 @@
 //! Shifted-gamma microfacet fits of the 100 MERL materials.
 //!
-//! Bagher, Soler, Holzschuch 2012, Accurate Fitting of Measured Reflectances Using a Shifted Gamma Micro-facet
-//! Distribution; parameters of the authors, per channel. With u = wi·h:
+//! Bagher, Soler, Holzschuch 2012, Accurate Fitting of Measured Reflectances Using a Shifted Gamma
+//! Micro-facet Distribution; parameters of the authors, per channel. With u = wi·h:
 //!
-//! D = κ exp(−a)/(π a^p cos⁴θ_h), a = α + tan²θ_h/α; G₁(w) = clamp(1 + λ(1 − exp(c max(0, θ_w − θ₀)^k)), 0, 1);
-//! F = f0 − f1 u + (1 − f0)(1 − u)⁵. **f = (ρ_d + ρ_s F D G₁(wi) G₁(wo)/(n·wi n·wo))/π**
+//! D = κ exp(−a)/(π a^p cos⁴θ_h), a = α + tan²θ_h/α; G₁(w) = clamp(1 + λ(1 − exp(c max(0, θ_w − θ₀)^k)), 0,
+//! 1); F = f0 − f1 u + (1 − f0)(1 − u)⁵. **f = (ρ_d + ρ_s F D G₁(wi) G₁(wo)/(n·wi n·wo))/π**
 
 use super::merl_fits::SGD;
 use crate::draw::{self, Draw};

@@ -1,4 +1,5 @@
-//! `steradian bake`: a technique's precomputed data for a light, a reflectance and, where it bakes on one, a mesh.
+//! `steradian bake`: a technique's precomputed data for a light, a reflectance and, where it bakes on one, a
+//! mesh.
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
@@ -17,7 +18,8 @@ pub struct Options {
     environment: Option<String>,
     #[command(flatten)]
     adjust: AdjustArgs,
-    /// Disk and directional lights beside the environment, as --extract-sun writes them; they become part of the data
+    /// Disk and directional lights beside the environment, as --extract-sun writes them; they become part of
+    /// the data
     #[arg(long, value_name = "FILE.json")]
     sun_lights: Option<PathBuf>,
     /// BRDF spec, such as ggx:alpha=0.3
@@ -26,19 +28,19 @@ pub struct Options {
     /// Technique
     #[arg(short, long, value_name = "SLUG", required_unless_present = "local")]
     technique: Option<String>,
-    /// In place of both, a technique for directional and point lights, with its parameters; --local takes the file that is written
-    /// (.safetensors), and opens no other one
+    /// In place of both, a technique for directional and point lights, with its parameters; --local takes the
+    /// file that is written (.safetensors), and opens no other one
     #[arg(long, value_name = "SLUG[:NAME=VALUE,…]", conflicts_with_all = ["environment", "technique", "params", "sun_lights", "energy_epsilon", "mesh", "half"])]
     local: Option<String>,
     /// Parameter of the technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
     params: Vec<inputs::Parameter>,
-    /// Relative RMS error of radiance over normals and views asked for, such as 0.03; orders, resolutions and what is
-    /// stored follow from it; a miss writes the marked output and exits 4
+    /// Relative RMS error of radiance over normals and views asked for, such as 0.03; orders, resolutions and
+    /// what is stored follow from it; a miss writes the marked output and exits 4
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive, conflicts_with = "energy_epsilon")]
     tolerance: Option<f64>,
-    /// The same as an energy, epsilon of RH02's 5.16 to 5.18: the share of the reflectance's energy that orders may miss,
-    /// in techniques that have a parameter of this name; in others the square of --tolerance
+    /// The same as an energy, epsilon of RH02's 5.16 to 5.18: the share of the reflectance's energy that
+    /// orders may miss, in techniques that have a parameter of this name; in others the square of --tolerance
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = inputs::positive)]
     energy_epsilon: Option<f64>,
     /// Mesh file or shape, for techniques that bake per vertex
@@ -50,8 +52,8 @@ pub struct Options {
     /// Store 16-bit floats in .safetensors where the error allows
     #[arg(long)]
     half: bool,
-    /// Output: .safetensors holds everything (for --bake); .ktx2 the maps, as one array texture of halves; a folder
-    /// holds both, a texture per table, with shader text and numbers
+    /// Output: .safetensors holds everything (for --bake); .ktx2 the maps, as one array texture of halves; a
+    /// folder holds both, a texture per table, with shader text and numbers
     #[arg(short, long, value_name = "FILE|DIR")]
     output: PathBuf,
 }

@@ -12,11 +12,12 @@ use steradian_session::btf::{FORMATS, Pattern, Shape, Surface};
 /// Options of `steradian capture`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Heights of the surface, which repeat: hemispheres, grooves, weave, cracks, or an image (its alpha, else its luminance)
+    /// Heights of the surface, which repeat: hemispheres, grooves, weave, cracks, or an image (its alpha,
+    /// else its luminance)
     #[arg(value_name = "HEIGHT")]
     height: String,
-    /// Folder of the pictures: btf.csv lists them, rti.lp and rti.ptm are those of the view along the normal. One that the same
-    /// capture began is gone on with
+    /// Folder of the pictures: btf.csv lists them, rti.lp and rti.ptm are those of the view along the normal.
+    /// One that the same capture began is gone on with
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Reflectance
@@ -31,7 +32,8 @@ pub struct Options {
     /// Texels a side, of heights by formula [default: 128]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=4096))]
     size: Option<u32>,
-    /// Directions of light: 81 are those of the Bonn measurements, other numbers equal parts of the same cap of 75 degrees
+    /// Directions of light: 81 are those of the Bonn measurements, other numbers equal parts of the same cap
+    /// of 75 degrees
     #[arg(long, value_name = "N", default_value_t = 81)]
     lights: usize,
     /// Directions of view
@@ -40,7 +42,8 @@ pub struct Options {
     /// Reflections of a path at most; 1 is direct light alone
     #[arg(long, value_name = "B", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     bounces: u32,
-    /// Paths of a texel at random points of it; a single one looks at its middle [default: 1, with --bounces 16]
+    /// Paths of a texel at random points of it; a single one looks at its middle [default: 1, with --bounces
+    /// 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: Option<u32>,
     /// Seed of the random numbers

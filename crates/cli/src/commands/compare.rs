@@ -17,8 +17,8 @@ use steradian_session::{Destinations, Renderer, check_output};
 /// Options of `steradian compare`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Mesh file, built-in shape, or scene file (.toml), in which a technique shades the materials that it takes and the
-    /// reference the others
+    /// Mesh file, built-in shape, or scene file (.toml), in which a technique shades the materials that it
+    /// takes and the reference the others
     #[arg(value_name = "MESH|SHAPE|SCENE", default_value = "sphere")]
     mesh: String,
     /// Light: image or sky spec; may be given several times [default: sky, or the scene file's]
@@ -26,9 +26,9 @@ pub struct Options {
     environment: Vec<String>,
     #[command(flatten)]
     adjust: AdjustArgs,
-    /// A light beside the environment: directional:direction=X/Y/Z,irradiance=R/G/B, point:position=X/Y/Z,intensity=R/G/B
-    /// or disk:direction=X/Y/Z,angular-radius=DEGREES,irradiance=R/G/B; may be given several times. Without --environment
-    /// there is no other light
+    /// A light beside the environment: directional:direction=X/Y/Z,irradiance=R/G/B,
+    /// point:position=X/Y/Z,intensity=R/G/B or disk:direction=X/Y/Z,angular-radius=DEGREES,irradiance=R/G/B;
+    /// may be given several times. Without --environment there is no other light
     #[arg(long, value_name = "SPEC", value_parser = Lamp::parse)]
     light: Vec<Lamp>,
     #[command(flatten)]
@@ -43,7 +43,8 @@ pub struct Options {
     /// Parameter of the techniques that have it
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
     params: Vec<inputs::Parameter>,
-    /// A saved bake (.safetensors, or the folder of one) of the light and the reflectance; may be given several times
+    /// A saved bake (.safetensors, or the folder of one) of the light and the reflectance; may be given
+    /// several times
     #[arg(long, value_name = "FILE")]
     bake: Vec<PathBuf>,
     /// Contact sheet
@@ -55,15 +56,16 @@ pub struct Options {
     /// The table as .csv, or as .tex (LaTeX, booktabs)
     #[arg(long, value_name = "OUT.csv|OUT.tex")]
     table: Option<PathBuf>,
-    /// Varies a parameter of --brdf, as brdf:alpha=0.05..0.5:8 (8 values by equal steps, with :log at the end by equal
-    /// factors), or of the techniques that have it, as param:NAME=A..B:N
+    /// Varies a parameter of --brdf, as brdf:alpha=0.05..0.5:8 (8 values by equal steps, with :log at the end
+    /// by equal factors), or of the techniques that have it, as param:NAME=A..B:N
     #[arg(long, value_name = "SPEC", value_parser = Sweep::parse)]
     sweep: Option<Sweep>,
     /// Chart of the sweep, .svg or .png: error, bytes and seconds of baking against its parameter
     #[arg(long, value_name = "OUT.svg|OUT.png", requires = "sweep")]
     plot: Option<PathBuf>,
-    /// File that keeps the numbers of each finished row, by a digest of inputs, specs, options and version; rows that it
-    /// holds are not computed again. With --output or --html their pictures are kept too, in the folder FILE.json.pictures
+    /// File that keeps the numbers of each finished row, by a digest of inputs, specs, options and version;
+    /// rows that it holds are not computed again. With --output or --html their pictures are kept too, in the
+    /// folder FILE.json.pictures
     #[arg(long, value_name = "FILE.json")]
     resume: Option<PathBuf>,
     /// Size of each picture, pixels
@@ -72,15 +74,16 @@ pub struct Options {
     /// Relative error of the reference at each point
     #[arg(long, value_name = "T", default_value_t = 5e-3, allow_negative_numbers = true, value_parser = inputs::positive)]
     reference_tolerance: f64,
-    /// Compare with paths, which know shadows and light from surface to surface, instead of the integral without them; suns
-    /// are shaded exactly then, and shadowed by rays under techniques that know shadows
+    /// Compare with paths, which know shadows and light from surface to surface, instead of the integral
+    /// without them; suns are shaded exactly then, and shadowed by rays under techniques that know shadows
     #[arg(long)]
     path: bool,
     #[command(flatten)]
     paths: PathArgs,
     #[command(flatten)]
     shadows: ShadowArg,
-    /// Light that varies over space, as `probes` writes it, in place of every other light; --environment is seen behind
+    /// Light that varies over space, as `probes` writes it, in place of every other light; --environment is
+    /// seen behind
     #[arg(long, value_name = "FILE.safetensors", conflicts_with = "path")]
     probes: Option<PathBuf>,
     /// Exit 4 where a technique's relative RMS error is larger

@@ -25,17 +25,18 @@ use steradian_session::{
 pub struct Options {
     /// Image, several separated by commas, a pattern with {}, a texture (.ktx2, .ktx, .dds), a sky spec,
     /// brdf:SPEC, a reflectance that becomes a table of measurements, a list of light positions (.lp), whose
-    /// photographs become a polynomial texture map, such a map (.ptm), with --horizons a height map, or with --lobes a list of pictures (.csv)
+    /// photographs become a polynomial texture map, such a map (.ptm), with --horizons a height map, or with
+    /// --lobes a list of pictures (.csv)
     #[arg(value_name = "INPUT")]
     input: String,
-    /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face; .binary (MERL) or
-    /// .csv for a reflectance; .ptm for photographs; a folder for --lobes
+    /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face; .binary
+    /// (MERL) or .csv for a reflectance; .ptm for photographs; a folder for --lobes
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
     adjust: AdjustArgs,
-    /// Layout of the output: latlong, cube, cross, vertical-cross, strip, vertical-strip, angular, sphere-map,
-    /// octahedral, paraboloid [default: that of the input; cube for textures and {}]
+    /// Layout of the output: latlong, cube, cross, vertical-cross, strip, vertical-strip, angular,
+    /// sphere-map, octahedral, paraboloid [default: that of the input; cube for textures and {}]
     #[arg(long, value_name = "LAYOUT", value_parser = Arrangement::parse)]
     to: Option<Arrangement>,
     /// Side of a face, or WIDTHxHEIGHT of a lat-long image [default: what the input resolves]
@@ -44,8 +45,9 @@ pub struct Options {
     /// Level of a texture to read
     #[arg(long, value_name = "M", default_value_t = 0)]
     level: usize,
-    /// Takes suns and lamps out of the image, and writes them to this file as disk lights: the flux, direction and
-    /// size of their texels, not their outline, which lobes as sharp as a texel show beside the sun
+    /// Takes suns and lamps out of the image, and writes them to this file as disk lights: the flux,
+    /// direction and size of their texels, not their outline, which lobes as sharp as a texel show beside the
+    /// sun
     #[arg(long, value_name = "LIGHTS.json")]
     extract_sun: Option<PathBuf>,
     /// Tone mapper of .png [default: linear, which clips]
@@ -54,24 +56,25 @@ pub struct Options {
     /// Write an .exr or a texture in half floats
     #[arg(long)]
     half: bool,
-    /// What the bumps of a height map (its alpha, else its luminance; it repeats) hide of the light, as an array texture
-    /// (.ktx2): elevations of each texel's horizon in radians at N azimuths from the right of the picture to its top, four
-    /// a layer; or `ellipses`, one conic a texel
+    /// What the bumps of a height map (its alpha, else its luminance; it repeats) hide of the light, as an
+    /// array texture (.ktx2): elevations of each texel's horizon in radians at N azimuths from the right of
+    /// the picture to its top, four a layer; or `ellipses`, one conic a texel
     #[arg(long, value_name = "N|ellipses", value_parser = horizon_form)]
     horizons: Option<HorizonForm>,
-    /// Of a polynomial texture map (.ptm), or of photographs under known lights (.lp): normal, where each texel is brightest, as a normal map, green up; or albedo, what
-    /// it reflects there [default: normal]
+    /// Of a polynomial texture map (.ptm), or of photographs under known lights (.lp): normal, where each
+    /// texel is brightest, as a normal map, green up; or albedo, what it reflects there [default: normal]
     #[arg(long, value_name = "normal|albedo", value_parser = polynomial_part)]
     map: Option<PolynomialPart>,
     /// With --map, of photographs under known lights (.lp): what a texel's brightness is a sum of
     #[arg(long, value_name = "biquadratic|sh9|sh16", value_parser = basis, requires = "map")]
     basis: Option<Basis>,
-    /// Of photographs under known lights (.lp): polynomials of luminance, which scales one colour a texel (lrgb), or of red, green and
-    /// blue (rgb), for colours that change with the light [default: lrgb]
+    /// Of photographs under known lights (.lp): polynomials of luminance, which scales one colour a texel
+    /// (lrgb), or of red, green and blue (rgb), for colours that change with the light [default: lrgb]
     #[arg(long, value_name = "lrgb|rgb", value_parser = polynomial_kind, conflicts_with = "map")]
     ptm: Option<PolynomialKind>,
-    /// Of pictures from many views under many lights (.csv, as capture writes them): a diffuse part and N generalised cosine lobes for each
-    /// texel, as the images that --local lafortune_svbrdf reads, into the folder of --output
+    /// Of pictures from many views under many lights (.csv, as capture writes them): a diffuse part and N
+    /// generalised cosine lobes for each texel, as the images that --local lafortune_svbrdf reads, into the
+    /// folder of --output
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=MOST_LOBES as i64))]
     lobes: Option<u8>,
     /// With --horizons: how far white is above black, as a part of the map's width

@@ -15,7 +15,8 @@ use steradian_session::{Method, Shadows};
 /// Options of `steradian eval`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Light: an image, or a sky spec such as sky:elevation=35; may be left out beside --light, --sun-lights and --bake
+    /// Light: an image, or a sky spec such as sky:elevation=35; may be left out beside --light, --sun-lights
+    /// and --bake
     #[arg(short, long, value_name = "FILE|SKY", required_unless_present_any = ["light", "sun_lights", "bake", "probes"])]
     environment: Option<String>,
     #[command(flatten)]
@@ -27,7 +28,8 @@ pub struct Options {
     /// BRDF spec, such as ggx:alpha=0.1
     #[arg(short, long, value_name = "SPEC", required_unless_present = "bake")]
     brdf: Option<String>,
-    /// A saved bake (.safetensors, or the folder of one) in place of light, BRDF and technique; --rotate turns its light
+    /// A saved bake (.safetensors, or the folder of one) in place of light, BRDF and technique; --rotate
+    /// turns its light
     #[arg(long, value_name = "FILE", conflicts_with_all = ["environment", "sun_lights", "light", "suns", "local", "brdf", "technique", "params", "mesh"])]
     bake: Option<PathBuf>,
     /// Light that varies over space, as `probes` writes it, in place of every other; needs px,py,pz
@@ -42,8 +44,8 @@ pub struct Options {
     /// Parameter of the technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
     params: Vec<inputs::Parameter>,
-    /// Relative error asked for: of each point by the reference [default: 1e-4], in the RMS over normals and views by a
-    /// technique; a miss exits 4
+    /// Relative error asked for: of each point by the reference [default: 1e-4], in the RMS over normals and
+    /// views by a technique; a miss exits 4
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// How the reference reads texels [default: constant]

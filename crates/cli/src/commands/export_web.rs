@@ -26,7 +26,8 @@ pub struct Options {
     /// Another light to choose; may be given several times
     #[arg(long, value_name = "FILE|SKY")]
     also: Vec<String>,
-    /// How the page calls a light, in the order of the lights; may be given several times [default: after the file or sky]
+    /// How the page calls a light, in the order of the lights; may be given several times [default: after the
+    /// file or sky]
     #[arg(long, value_name = "NAME")]
     light_name: Vec<String>,
     #[command(flatten)]
@@ -36,17 +37,19 @@ pub struct Options {
     /// Reflectance of the mesh, such as ggx:alpha=0.2 [default: what the file says, else lambert:albedo=0.6]
     #[arg(short, long, value_name = "SPEC")]
     brdf: Option<String>,
-    /// Technique to choose; may be given several times. Each shades the materials that it takes, the others are shaded as
-    /// without it [default: what the scene file says, else the technique of the smallest error]
+    /// Technique to choose; may be given several times. Each shades the materials that it takes, the others
+    /// are shaded as without it [default: what the scene file says, else the technique of the smallest error]
     #[arg(short, long, value_name = "SLUG")]
     technique: Vec<String>,
     /// Leave out the materials of the mesh file
     #[arg(long)]
     plain: bool,
-    /// A plane of this reflectance under the mesh, as far as the horizon [default of the SPEC: lambert:albedo=0.4]
+    /// A plane of this reflectance under the mesh, as far as the horizon [default of the SPEC:
+    /// lambert:albedo=0.4]
     #[arg(long, value_name = "SPEC", num_args = 0..=1, require_equals = true, default_missing_value = "lambert:albedo=0.4")]
     ground: Option<String>,
-    /// Bake the reference's picture of the first view in, for the heat map and for errors; it is computed on the CPU
+    /// Bake the reference's picture of the first view in, for the heat map and for errors; it is computed on
+    /// the CPU
     #[arg(long)]
     reference: bool,
     /// The same by paths, which know shadows and light from surface to surface

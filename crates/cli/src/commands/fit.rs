@@ -13,8 +13,8 @@ use steradian_session::{Destinations, check_output};
 /// Options of `steradian fit`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Files of measurements (.binary, .bsdf), folders or patterns with * of them, specs such as ggx:alpha=0.2, or all
-    /// materials of a table: npf:FILE,* nbrdf:FILE,* sgd:* abc:*
+    /// Files of measurements (.binary, .bsdf), folders or patterns with * of them, specs such as
+    /// ggx:alpha=0.2, or all materials of a table: npf:FILE,* nbrdf:FILE,* sgd:* abc:*
     #[arg(value_name = "INPUT", required = true, num_args = 1..)]
     input: Vec<String>,
     /// Gaussians of every view
@@ -28,15 +28,16 @@ pub struct Options {
     azimuths: u8,
     #[arg(long, value_name = "ERROR", conflicts_with_all = ["lobes", "views"], allow_negative_numbers = true, value_parser = inputs::positive, help = format!("Error to be met, relative to f cos of the view, at every elevation and midway: as few lobes and elevations as it takes, up to {MAX_LOBES} and {MAX_VIEWS}; a miss writes the nearest and exits 4"))]
     tolerance: Option<f64>,
-    /// What is least: the squared error with every view's albedo kept, or without that condition (the paper's)
+    /// What is least: the squared error with every view's albedo kept, or without that condition (the
+    /// paper's)
     #[arg(long, value_name = "energy|published", default_value = "energy", value_parser = objective)]
     objective: Objective,
-    /// What lobes may be: each swept along the plane of incidence by its own angle, or round (the paper's); those of
-    /// anisotropic reflectance are swept along any direction
+    /// What lobes may be: each swept along the plane of incidence by its own angle, or round (the paper's);
+    /// those of anisotropic reflectance are swept along any direction
     #[arg(long, value_name = "stretched|round", default_value = "stretched", value_parser = shape)]
     shape: Shape,
-    /// Folder of a web page for each fit, and index.html of several: pictures of every view beside what is fitted, errors, parameters, spheres under
-    /// light beside the reference
+    /// Folder of a web page for each fit, and index.html of several: pictures of every view beside what is
+    /// fitted, errors, parameters, spheres under light beside the reference
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
     /// Lights of the pages' spheres: files or skies [default: studio and sky]

@@ -13,8 +13,9 @@ use steradian_session::{IMAGES, check_output};
 /// Options of `steradian inspect`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), transfer or probes (.safetensors), polynomial
-    /// texture map (.ptm), light positions of photographs (.lp), pictures of a bidirectional texture function (.csv), brdf:SPEC, or brdf: for the list of models
+    /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), transfer or
+    /// probes (.safetensors), polynomial texture map (.ptm), light positions of photographs (.lp), pictures
+    /// of a bidirectional texture function (.csv), brdf:SPEC, or brdf: for the list of models
     #[arg(value_name = "FILE|SKY|brdf:SPEC")]
     what: String,
     #[command(flatten)]
@@ -25,8 +26,8 @@ pub struct Options {
     /// Polar plots of a BRDF, as .svg or .png
     #[arg(long, value_name = "OUT")]
     plot: Option<PathBuf>,
-    /// Image slice of a BRDF (Burley 2012): f in sr-1 over the half vector's angle (left to right, 0 to 90 degrees) and the difference
-    /// angle (bottom to top), for images as render writes them
+    /// Image slice of a BRDF (Burley 2012): f in sr-1 over the half vector's angle (left to right, 0 to 90
+    /// degrees) and the difference angle (bottom to top), for images as render writes them
     #[arg(long, value_name = "OUT")]
     slice: Option<PathBuf>,
 }

@@ -23,21 +23,25 @@ pub struct Options {
     environment: String,
     #[command(flatten)]
     adjust: AdjustArgs,
-    /// Bands of spherical harmonics of the coefficients; 3 bands are orders 0 to 2, 9 coefficients. A map is of the
-    /// whole light, whatever --bands, --window and --dering say [default: 3]
+    /// Bands of spherical harmonics of the coefficients; 3 bands are orders 0 to 2, 9 coefficients. A map is
+    /// of the whole light, whatever --bands, --window and --dering say [default: 3]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=512))]
     bands: Option<u16>,
-    /// Window over the coefficients' bands: none, hann, lanczos or gauss, as hann:W with a width in bands [default: none]
+    /// Window over the coefficients' bands: none, hann, lanczos or gauss, as hann:W with a width in bands
+    /// [default: none]
     #[arg(long, value_name = "NAME[:W]", value_parser = WindowSpec::parse)]
     window: Option<WindowSpec>,
-    /// Change the coefficients as little as possible such that the irradiance is nowhere negative, at any number of bands
+    /// Change the coefficients as little as possible such that the irradiance is nowhere negative, at any
+    /// number of bands
     #[arg(long)]
     dering: bool,
-    /// Add ZH3 to the JSON document: linear coefficients and one zonal number per channel, stored and hallucinated
+    /// Add ZH3 to the JSON document: linear coefficients and one zonal number per channel, stored and
+    /// hallucinated
     #[arg(long)]
     zh3: bool,
-    /// Coefficients as .csv, .txt or .json; 9 of them as shader text with a function irradiance(n), .wgsl or .glsl; or, as .exr .hdr .pfm .png .ktx2, the map of irradiance E over normals in W m⁻²
-    /// (no 1/π), beside the coefficients on standard output [default: coefficients on standard output]
+    /// Coefficients as .csv, .txt or .json; 9 of them as shader text with a function irradiance(n), .wgsl or
+    /// .glsl; or, as .exr .hdr .pfm .png .ktx2, the map of irradiance E over normals in W m⁻² (no 1/π),
+    /// beside the coefficients on standard output [default: coefficients on standard output]
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     /// Layout of the map: latlong, cube, cross, octahedral, … [default: latlong; cube for .ktx2]

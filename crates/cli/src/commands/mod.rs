@@ -28,7 +28,8 @@ use clap::Subcommand;
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// The README's first picture: split sum, reflection maps and the reference beside each other; needs no files
+    /// The README's first picture: split sum, reflection maps and the reference beside each other; needs no
+    /// files
     Demo(demo::Options),
     /// Render a mesh, a built-in shape or a scene file under an environment
     Render(Box<render::Options>),
@@ -48,11 +49,11 @@ pub enum Command {
     Fit(fit::Options),
     /// What a prefiltered file of any tool really holds, level by level, and how far off it is
     Verify(Box<verify::Options>),
-    /// Mesh to self-shadowing and interreflection: ambient occlusion, visibility and transfer of light, per vertex, texel
-    /// or given point
+    /// Mesh to self-shadowing and interreflection: ambient occlusion, visibility and transfer of light, per
+    /// vertex, texel or given point
     Transfer(transfer::Options),
-    /// Photographs of a height field from many views under many lights, by the path tracer: a bidirectional texture function, and the
-    /// light positions and polynomial texture map of the view from above
+    /// Photographs of a height field from many views under many lights, by the path tracer: a bidirectional
+    /// texture function, and the light positions and polynomial texture map of the view from above
     Capture(Box<capture::Options>),
     /// Incident light at many places of a scene, for objects that move through it
     Probes(Box<probes::Options>),
@@ -62,7 +63,8 @@ pub enum Command {
     View(view::Options),
     /// Compare techniques with the reference: table, contact sheet, report
     Compare(compare::Options),
-    /// Every technique on the same scenes: pictures, errors, bytes and times, and each claim of the survey's figure 11 tried
+    /// Every technique on the same scenes: pictures, errors, bytes and times, and each claim of the survey's
+    /// figure 11 tried
     Atlas(atlas::Options),
     /// What a file or a reflectance is: layout, range, energy, spectrum, advice
     Inspect(inspect::Options),

@@ -1,4 +1,5 @@
-//! `steradian prefilter`: an environment convolved with a kernel, as one map, a chain of levels, or an engine's files.
+//! `steradian prefilter`: an environment convolved with a kernel, as one map, a chain of levels, or an
+//! engine's files.
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
@@ -18,8 +19,8 @@ pub struct Options {
     /// Images or sky specs; a folder or a pattern with * stands for the images in it
     #[arg(value_name = "ENV", required = true, num_args = 1..)]
     environment: Vec<String>,
-    /// Output: .ktx2 .ktx .dds (a cube), .exr .hdr .pfm (lat-long); with --profile a folder, with several profiles the folder
-    /// of theirs; {} in a file's name stands for the input's
+    /// Output: .ktx2 .ktx .dds (a cube), .exr .hdr .pfm (lat-long); with --profile a folder, with several
+    /// profiles the folder of theirs; {} in a file's name stands for the input's
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[arg(long, value_name = "NAME|brdf:SPEC", default_value = Request::KERNEL, value_parser = kernel_name, help = names::kernels())]
@@ -42,24 +43,26 @@ pub struct Options {
     levels: Option<u8>,
     #[arg(long, value_name = "NAME", value_parser = TexelFormat::parse, help = format!("Texels of a cube: {} [default: 32-bit floats, or the profile's]", names::formats()))]
     format: Option<TexelFormat>,
-    /// Relative RMS error [default: 2e-3]; with it a miss exits with 4, the rounding of the file's texels included
+    /// Relative RMS error [default: 2e-3]; with it a miss exits with 4, the rounding of the file's texels
+    /// included
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
-    /// Texels of each level that are compared with the integral over all texels of the light: some spread evenly, most
-    /// where the level is bright
+    /// Texels of each level that are compared with the integral over all texels of the light: some spread
+    /// evenly, most where the level is bright
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 64)]
     check: u16,
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = MethodChoice::parse, help = names::methods())]
     method: MethodChoice,
-    /// Takes suns and lamps out of the light before it is filtered, and writes them to this file as disk lights: the flux, direction and
-    /// size of their texels, not their outline, which lobes as sharp as a texel show beside the sun
+    /// Takes suns and lamps out of the light before it is filtered, and writes them to this file as disk
+    /// lights: the flux, direction and size of their texels, not their outline, which lobes as sharp as a
+    /// texel show beside the sun
     #[arg(long, value_name = "LIGHTS.json")]
     extract_sun: Option<PathBuf>,
     /// Folder for every level as a lat-long .exr
     #[arg(long, value_name = "DIR")]
     dump_levels: Option<PathBuf>,
-    /// Name in the names of the files of --profile and --dump-levels, or where these are fixed of their folder [default: that
-    /// of the input]
+    /// Name in the names of the files of --profile and --dump-levels, or where these are fixed of their
+    /// folder [default: that of the input]
     #[arg(long, value_name = "NAME", value_parser = file_name)]
     name: Option<String>,
     /// Arrangement of the input: latlong, cross, strip, angular, … [default: by its shape]

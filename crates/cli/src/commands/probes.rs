@@ -29,7 +29,8 @@ pub struct Options {
     /// Bands of spherical harmonics, 1 to 64
     #[arg(long, value_name = "B", default_value_t = 5)]
     bands: usize,
-    /// Rows of a lat-long image that each probe gets beside its harmonics, for reflectances sharper than these
+    /// Rows of a lat-long image that each probe gets beside its harmonics, for reflectances sharper than
+    /// these
     #[arg(long, value_name = "ROWS")]
     image: Option<usize>,
     /// Paths of a texel of --image
@@ -44,8 +45,8 @@ pub struct Options {
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Light of the scene: an image, or a sky spec [default: what the scene file says; of a mesh the sky, or none beside
-    /// --light and --sun-lights]
+    /// Light of the scene: an image, or a sky spec [default: what the scene file says; of a mesh the sky, or
+    /// none beside --light and --sun-lights]
     #[arg(short, long, value_name = "FILE|SKY")]
     environment: Option<String>,
     #[command(flatten)]

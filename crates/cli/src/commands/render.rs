@@ -29,7 +29,8 @@ pub struct Options {
     /// Output: .png is tone-mapped; .exr, .hdr and .pfm are linear
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// Light: an image, or a sky spec such as sky:elevation=35 [default: sky, or none beside --light and --sun-lights]
+    /// Light: an image, or a sky spec such as sky:elevation=35 [default: sky, or none beside --light and
+    /// --sun-lights]
     #[arg(short, long, value_name = "FILE|SKY")]
     pub environment: Option<String>,
     #[command(flatten)]
@@ -38,22 +39,25 @@ pub struct Options {
     pub lights: ExtraLights,
     #[command(flatten)]
     pub local: LocalArg,
-    /// Reflectance of the mesh, such as ggx:alpha=0.2; the base colours of its file multiply it [default: what
-    /// the file says, else lambert:albedo=0.6]
+    /// Reflectance of the mesh, such as ggx:alpha=0.2; the base colours of its file multiply it [default:
+    /// what the file says, else lambert:albedo=0.6]
     #[arg(short, long, value_name = "SPEC")]
     pub brdf: Option<String>,
-    /// Technique, or reference, which integrates at every point and takes longer [default: the technique of the smallest
-    /// error in this picture that some processor seconds find; with --tolerance the smallest that meets it]
+    /// Technique, or reference, which integrates at every point and takes longer [default: the technique of
+    /// the smallest error in this picture that some processor seconds find; with --tolerance the smallest
+    /// that meets it]
     #[arg(short, long, value_name = "SLUG")]
     pub technique: Option<String>,
     /// Parameter of the named technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
     pub params: Vec<inputs::Parameter>,
-    /// A saved bake (.safetensors, or the folder of one) in place of reflectance and technique; --rotate turns its light,
-    /// --environment is seen behind the surfaces [default: the sky that it was baked from, or nothing]
+    /// A saved bake (.safetensors, or the folder of one) in place of reflectance and technique; --rotate
+    /// turns its light, --environment is seen behind the surfaces [default: the sky that it was baked from,
+    /// or nothing]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sun_lights", "light", "suns", "local", "brdf", "technique", "params"])]
     pub bake: Option<PathBuf>,
-    /// Transfer of the mesh's vertices, as `transfer` writes it, in place of rays for techniques that bake on the mesh
+    /// Transfer of the mesh's vertices, as `transfer` writes it, in place of rays for techniques that bake on
+    /// the mesh
     #[arg(long, value_name = "FILE", requires = "technique", conflicts_with_all = ["bake", "ground"])]
     pub transfer: Option<PathBuf>,
     /// Relative RMS error of radiance asked for, such as 0.01; a miss exits 4
@@ -71,12 +75,12 @@ pub struct Options {
     /// Image of perceptual roughness (its green channel), in place of the reflectance's
     #[arg(long, value_name = "FILE")]
     pub roughness_map: Option<PathBuf>,
-    /// How the normals under a pixel are filtered: covariance (along their spread), isotropic (rounder highlights, less
-    /// work) or none (highlights of distant bumps alias) [default: covariance]
+    /// How the normals under a pixel are filtered: covariance (along their spread), isotropic (rounder
+    /// highlights, less work) or none (highlights of distant bumps alias) [default: covariance]
     #[arg(long, value_name = "HOW", value_parser = normal_filtering)]
     pub normal_filtering: Option<NormalFiltering>,
-    /// Light that varies over space, as `probes` writes it, in place of every light of the scene; --environment is seen
-    /// behind the surfaces
+    /// Light that varies over space, as `probes` writes it, in place of every light of the scene;
+    /// --environment is seen behind the surfaces
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sun_lights", "light", "suns", "local", "bake", "orbit"])]
     pub probes: Option<PathBuf>,
     /// Moves the mesh, metres, before the camera is placed
@@ -101,8 +105,8 @@ pub struct Options {
     /// Tone mapper of .png: linear, reinhard, aces, agx, neutral, … [default: neutral]
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
     pub tone_mapper: Option<ToneMapper>,
-    /// Samples per pixel and axis on edges [default: 4]; a GPU takes 4 in each of 1, 4, 9 or 16 parts of a pixel, for N up
-    /// to 4, 8, 12 or more
+    /// Samples per pixel and axis on edges [default: 4]; a GPU takes 4 in each of 1, 4, 9 or 16 parts of a
+    /// pixel, for N up to 4, 8, 12 or more
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=32))]
     pub samples: Option<u8>,
     /// What shows beside the surfaces: environment, none (black), or linear R/G/B [default: environment]
@@ -114,18 +118,20 @@ pub struct Options {
     /// Position of the camera, metres [default: framed]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     pub from: Option<[f64; 3]>,
-    /// A plane of this reflectance under the mesh, as far as the horizon; path alone lets them shadow one another.
-    /// --technique shades it too where it takes its reflectance; else one is chosen [default of the SPEC: lambert:albedo=0.4]
+    /// A plane of this reflectance under the mesh, as far as the horizon; path alone lets them shadow one
+    /// another. --technique shades it too where it takes its reflectance; else one is chosen [default of the
+    /// SPEC: lambert:albedo=0.4]
     #[arg(long, value_name = "SPEC", num_args = 0..=1, require_equals = true, default_missing_value = "lambert:albedo=0.4")]
     pub ground: Option<String>,
-    /// Technique of the ground, with its parameters, such as prt_diffuse:precision=0.05, which knows the mesh's shadows on it
+    /// Technique of the ground, with its parameters, such as prt_diffuse:precision=0.05, which knows the
+    /// mesh's shadows on it
     #[arg(long, value_name = "SLUG[:NAME=VALUE,…]", requires = "ground")]
     pub ground_technique: Option<String>,
     /// Upward direction of the camera [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     pub up: Option<[f64; 3]>,
-    /// N pictures around the target, all exposed as the first one is: as an animation where the output is .apng, else {} in
-    /// its name stands for the number
+    /// N pictures around the target, all exposed as the first one is: as an animation where the output is
+    /// .apng, else {} in its name stands for the number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=3600))]
     pub orbit: Option<u16>,
     /// Target of the camera, metres [default: centre of the mesh]

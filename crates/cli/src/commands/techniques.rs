@@ -9,7 +9,8 @@ use steradian_techniques::{Card, bibtex, cards};
 /// Options of `steradian techniques`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// The works that the techniques come from, as BibTeX with the techniques in the notes, and Steradian itself
+    /// The works that the techniques come from, as BibTeX with the techniques in the notes, and Steradian
+    /// itself
     #[arg(long)]
     bibtex: bool,
 }

@@ -22,8 +22,8 @@ pub struct Options {
     /// Scattering events at surfaces: 1 is direct light alone, 2 adds what the mesh reflects once
     #[arg(long, value_name = "N", default_value_t = 1)]
     bounces: u32,
-    /// Albedo of the surfaces that reflect, a number or R/G/B; the mean of a base-colour texture multiplies it [default:
-    /// the file's base colours]
+    /// Albedo of the surfaces that reflect, a number or R/G/B; the mean of a base-colour texture multiplies
+    /// it [default: the file's base colours]
     #[arg(long, value_name = "A", value_parser = albedo)]
     albedo: Option<[f64; 3]>,
     /// Absolute error of the coefficients of t, and a fifth of that of v [default: 0.001]; a miss exits 4
@@ -41,7 +41,8 @@ pub struct Options {
     /// Texels of an atlas over the mesh's texture coordinates in place of the vertices
     #[arg(long, value_name = "WxH", value_parser = size)]
     atlas: Option<(usize, usize)>,
-    /// Visibility by direction too: the coefficients of what is nearest to it over the hemisphere, by least squares
+    /// Visibility by direction too: the coefficients of what is nearest to it over the hemisphere, by least
+    /// squares
     #[arg(long)]
     hemisphere: bool,
     /// Matrices of glossy transfer too, bands² x bands² a site
@@ -53,8 +54,8 @@ pub struct Options {
     /// WGSL that shades a vertex with such transfer, to this file
     #[arg(long, value_name = "OUT.wgsl")]
     wgsl: Option<PathBuf>,
-    /// Output: .safetensors, .glb (the mesh with transfer as attributes of its vertices), or with --points .csv [default with
-    /// --points: standard output]
+    /// Output: .safetensors, .glb (the mesh with transfer as attributes of its vertices), or with --points
+    /// .csv [default with --points: standard output]
     #[arg(short, long, value_name = "OUT", required_unless_present = "points")]
     output: Option<PathBuf>,
 }

@@ -27,8 +27,8 @@ pub struct Options {
     /// Perceptual roughness of a file of one level [default: what the file says, else 0]
     #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = roughness)]
     perceptual_roughness: Option<f64>,
-    /// Largest relative RMS error of a level against what the profile expects; above it, as with any fault, the command
-    /// exits with 4
+    /// Largest relative RMS error of a level against what the profile expects; above it, as with any fault,
+    /// the command exits with 4
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// Arrangement of the file: latlong, cross, strip, octahedral, … [default: by its shape]

@@ -12,7 +12,8 @@ use steradian_render::ToneMapper;
 // Without the feature the command says so and reads none of them.
 #[cfg_attr(not(feature = "view"), allow(dead_code))]
 pub struct Options {
-    /// Scene file (.toml), mesh file, or built-in shape [default: what was seen last, at first a knot in a studio]
+    /// Scene file (.toml), mesh file, or built-in shape [default: what was seen last, at first a knot in a
+    /// studio]
     #[arg(value_name = "SCENE|MESH|SHAPE")]
     input: Option<String>,
     /// Light: an image, or a sky spec such as sky:elevation=35
@@ -33,8 +34,8 @@ pub struct Options {
     /// Tone mapper: linear, reinhard, aces, agx, neutral, …
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
     tone_mapper: Option<ToneMapper>,
-    /// Draw into a file instead of a window, by the same renderer; with {} in its name every frame of a turn, as .apng all of
-    /// them
+    /// Draw into a file instead of a window, by the same renderer; with {} in its name every frame of a turn,
+    /// as .apng all of them
     #[arg(long, value_name = "OUT.png")]
     screenshot: Option<PathBuf>,
     /// Frames that are drawn; of one .png the last one is written

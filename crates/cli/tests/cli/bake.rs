@@ -1,4 +1,5 @@
-//! `steradian bake` and `--bake`: what is written is what shades, and what is damaged or foreign is said in one line.
+//! `steradian bake` and `--bake`: what is written is what shades, and what is damaged or foreign is said in
+//! one line.
 
 use super::common::{fails, json, run, stderr, well};
 use std::fs;
@@ -299,7 +300,8 @@ fn parameters_are_taken_alike_everywhere() {
     );
 }
 
-/// Data for the vertices of a mesh shade that mesh, as baking at once does, with a ground behind it or none, and no other.
+/// Data for the vertices of a mesh shade that mesh, as baking at once does, with a ground behind it or none,
+/// and no other.
 #[test]
 fn data_of_a_mesh_shade_that_mesh_alone() {
     let d = folder();

@@ -207,7 +207,8 @@ fn sweeps_are_rows_and_charts_and_go_on() {
     // Three values in three panels.
     assert_eq!(svg.matches("<circle").count(), 9, "{svg}");
     assert!(dir.join("chart.png").metadata().expect("a chart").len() > 1000);
-    // Rows without their pictures are computed again where these are asked for, and then their pictures are kept too.
+    // Rows without their pictures are computed again where these are asked for, and then their pictures are
+    // kept too.
     let (_, said) = run("2", &["-o", "sheet.png", "--html", "report.html"]);
     assert!(!said.contains("rows are those"), "{said}");
     let sheet = std::fs::read(dir.join("sheet.png")).expect("a sheet");

@@ -68,8 +68,8 @@ fn times(dir: &Path) -> Vec<SystemTime> {
     (0..5).map(|k| of(k).and_then(|m| m.modified()).expect("a picture")).collect()
 }
 
-/// What is there is kept, what is missing comes back with the same numbers, another capture is refused; reflections, which are random, have the
-/// same bits whatever the number of threads, and a variance.
+/// What is there is kept, what is missing comes back with the same numbers, another capture is refused;
+/// reflections, which are random, have the same bits whatever the number of threads, and a variance.
 #[test]
 fn captures_go_on_where_they_stopped() {
     let d = tempfile::tempdir().expect("a folder");
@@ -114,7 +114,8 @@ fn what_cannot_be_captured_is_refused() {
     assert!(!dir.join("out").exists());
 }
 
-/// An image of heights that repeats, and a base colour: seen from above under a light from above the colour times the reflectance of its slopes.
+/// An image of heights that repeats, and a base colour: seen from above under a light from above the colour
+/// times the reflectance of its slopes.
 #[test]
 fn images_are_heights_and_base_colours() {
     let d = tempfile::tempdir().expect("a folder");
@@ -151,7 +152,8 @@ fn images_are_heights_and_base_colours() {
     }
 }
 
-/// Lobes are fitted to pictures of a plane whose lobes are known, and drive the technique that has them by texel.
+/// Lobes are fitted to pictures of a plane whose lobes are known, and drive the technique that has them by
+/// texel.
 #[test]
 fn lobes_are_fitted_to_pictures() {
     let d = tempfile::tempdir().expect("a folder");
@@ -199,8 +201,8 @@ fn lobes_are_fitted_to_pictures() {
     assert!(!dir.join("x").exists());
 }
 
-/// A function that was made small is saved, and shades from its file alone as it did; other reflectances, damaged files and those of other
-/// kinds are refused in one line. A measured reflectance stays in the file.
+/// A function that was made small is saved, and shades from its file alone as it did; other reflectances,
+/// damaged files and those of other kinds are refused in one line. A measured reflectance stays in the file.
 #[test]
 fn small_functions_are_saved() {
     let d = tempfile::tempdir().expect("a folder");
@@ -295,7 +297,8 @@ fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, byte)
 }
 
-/// Pictures that are shaded with, by every method, and those that are refused: in one line, by name, with exit code 3.
+/// Pictures that are shaded with, by every method, and those that are refused: in one line, by name, with
+/// exit code 3.
 #[test]
 fn pictures_are_shaded_or_refused() {
     let d = tempfile::tempdir().expect("a folder");

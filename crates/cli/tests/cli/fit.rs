@@ -1,4 +1,5 @@
-//! `steradian convert brdf:SPEC` and `steradian fit`: tables out and in, a kilobyte of lobes, one line per fault.
+//! `steradian convert brdf:SPEC` and `steradian fit`: tables out and in, a kilobyte of lobes, one line per
+//! fault.
 
 use super::common::{fails, json, run};
 use std::fs;
@@ -35,7 +36,8 @@ fn a_model_becomes_a_table_and_the_table_lobes() {
     assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
 }
 
-/// With a tolerance lobes and views are chosen; one that cannot be met writes the nearest, says so and exits 4.
+/// With a tolerance lobes and views are chosen; one that cannot be met writes the nearest, says so and
+/// exits 4.
 #[test]
 fn a_fit_within_a_tolerance() {
     let d = tempfile::tempdir().expect("a folder");
@@ -84,7 +86,8 @@ fn a_page_tells_how_good_a_fit_is() {
     assert_eq!(o.status.code(), Some(2), "a light without a page");
 }
 
-/// Visibility asks for a mesh, and points on it see what they see; a bake of one mesh is not shaded on another.
+/// Visibility asks for a mesh, and points on it see what they see; a bake of one mesh is not shaded on
+/// another.
 #[test]
 fn lobes_are_shadowed_where_that_is_asked_for() {
     let d = tempfile::tempdir().expect("a folder");

@@ -87,8 +87,8 @@ fn height_maps_become_horizons() {
     assert_eq!(code, Some(0), "{err}");
     let array = read_ktx2_array(&dir.join("h.ktx2"), &Limits::default()).expect("reads");
     assert_eq!((array.width, array.height, array.layers), (8, 8, 2));
-    // The wall is a quarter of the width high, two texels; from two texels to its left its top is at 45° to the right (azimuth
-    // 0), and nothing is in the way along it (azimuth 2 of 8).
+    // The wall is a quarter of the width high, two texels; from two texels to its left its top is at 45° to
+    // the right (azimuth 0), and nothing is in the way along it (azimuth 2 of 8).
     let level = &array.levels[0];
     let at = |texel: usize, azimuth: usize| level[4 * (azimuth / 4 * 64 + texel) + azimuth % 4];
     assert!((f64::from(at(8 * 4 + 1, 0)) - std::f64::consts::FRAC_PI_4).abs() < 1e-3, "{}", at(33, 0));
@@ -125,7 +125,8 @@ fn csv(uv: &[[f64; 2]], columns: &str) -> String {
     out
 }
 
-/// Bumps hide a low light from the texels before a wall, in `eval` and in pictures, and are seen under other light too.
+/// Bumps hide a low light from the texels before a wall, in `eval` and in pictures, and are seen under other
+/// light too.
 #[test]
 fn bumps_shadow_themselves() {
     let d = tempfile::tempdir().expect("a folder");
@@ -245,7 +246,8 @@ fn data_per_texel_say_what_they_lack() {
     assert!(!dir.join("x.pfm").exists() && !dir.join("x.csv").exists());
 }
 
-/// Numbers by texel: a picture's halves have their own lobes and widths, as plain models of these numbers have.
+/// Numbers by texel: a picture's halves have their own lobes and widths, as plain models of these numbers
+/// have.
 #[test]
 fn reflectances_differ_from_texel_to_texel() {
     let d = tempfile::tempdir().expect("a folder");
@@ -290,8 +292,8 @@ fn reflectances_differ_from_texel_to_texel() {
     }
 }
 
-/// The same images drive what shades environments and what shades lamps, and pictures of both are held against a reference that has
-/// them too; where it has none, or images cannot be placed, it says so.
+/// The same images drive what shades environments and what shades lamps, and pictures of both are held
+/// against a reference that has them too; where it has none, or images cannot be placed, it says so.
 #[test]
 fn the_same_images_drive_environments_and_lamps() {
     let d = tempfile::tempdir().expect("a folder");
@@ -382,8 +384,8 @@ fn a_ground_is_shaded_without_the_textures_of_the_mesh() {
     assert!(said.contains("ground: not by bump_horizon (its files belong to the mesh)"), "{said}");
 }
 
-/// The normals of a local technique are all light's, whether a lamp shines or none; its error is told as its own; and a reflectance
-/// that has a direction finds none on a mesh without tangents and texture coordinates.
+/// The normals of a local technique are all light's, whether a lamp shines or none; its error is told as its
+/// own; and a reflectance that has a direction finds none on a mesh without tangents and texture coordinates.
 #[test]
 fn bumps_errors_and_directions_are_those_of_the_local_technique() {
     let d = tempfile::tempdir().expect("a folder");

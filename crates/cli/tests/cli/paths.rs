@@ -3,7 +3,8 @@
 use super::common::{done, run};
 use std::fs;
 
-/// A floor beside a wall under even light: what the wall hides has a closed form, and light from it makes more.
+/// A floor beside a wall under even light: what the wall hides has a closed form, and light from it makes
+/// more.
 #[test]
 fn points_see_shadows_and_light_from_each_other() {
     let d = tempfile::tempdir().expect("a folder");
@@ -33,7 +34,8 @@ fn points_see_shadows_and_light_from_each_other() {
     };
     let (one, two) = (rows("1"), rows("2"));
     for (k, x) in [0.5f64, 0.05].into_iter().enumerate() {
-        // The wall of height h hides (1 − x/√(x² + h²))/2 of the floor's cosine-weighted hemisphere (crossed strings).
+        // The wall of height h hides (1 − x/√(x² + h²))/2 of the floor's cosine-weighted hemisphere (crossed
+        // strings).
         let seen = 1.0 - 0.5 * (1.0 - x / x.hypot(9.0));
         let [got, err] = one[k];
         assert!(err <= 0.004 && (got / (0.5 * seen) - 1.0).abs() < 0.02, "{x}: {got} {}", 0.5 * seen);

@@ -1,4 +1,5 @@
-//! Photographs under known lights become a polynomial texture map, and such a map a surface, its normals and its albedo.
+//! Photographs under known lights become a polynomial texture map, and such a map a surface, its normals and
+//! its albedo.
 
 use super::common::{fails, run};
 use std::fmt::Write;
@@ -21,7 +22,8 @@ fn refused(dir: &Path, why: &str) {
     assert!(!dir.join("out.ptm").exists());
 }
 
-/// Photographs of a Lambertian ground of two colours under `n` lights, their sines of elevation from `low` to `high`.
+/// Photographs of a Lambertian ground of two colours under `n` lights, their sines of elevation from `low` to
+/// `high`.
 fn photographs(dir: &Path, n: usize, [low, high]: [f64; 2]) {
     let mut list = format!("{n}\n");
     for k in 0..n {
@@ -47,7 +49,8 @@ fn photographs_become_a_polynomial_texture_map() {
     let PtmTexels::Lrgb { luminance, color } = map.texels else { panic!("luminance and colour") };
     assert_eq!((map.width, map.height), (2, 2));
     assert_eq!([color[0], color[3]], [[255, 128, 64], [64, 64, 255]]);
-    // Lambert seen from above (the polynomial scales the largest channel), within steps of a 255th of the range.
+    // Lambert seen from above (the polynomial scales the largest channel), within steps of a 255th of the
+    // range.
     for (texel, albedo) in [(0, 0.8), (3, 0.4)] {
         for (found, want) in luminance[texel].iter().zip([-0.9375, -0.9375, 0.0, 0.0, 0.0, 1.125]) {
             assert!((found / 255.0 - albedo * want).abs() < 4e-3, "{:?}", luminance[texel]);
@@ -77,8 +80,8 @@ fn lights_and_photographs_that_do_not_fit_are_refused() {
     refused(d.path(), "../7.pfm");
 }
 
-/// A map under a lamp: by `eval`, the polynomial of each texel over π; of its list of photographs, the same up to the bytes of the
-/// file. As images, the direction of the brightest light, and what is reflected of it.
+/// A map under a lamp: by `eval`, the polynomial of each texel over π; of its list of photographs, the same
+/// up to the bytes of the file. As images, the direction of the brightest light, and what is reflected of it.
 #[test]
 fn maps_are_shaded_and_become_normals_and_albedo() {
     let d = tempfile::tempdir().expect("a folder");
@@ -120,8 +123,8 @@ fn maps_are_shaded_and_become_normals_and_albedo() {
     assert!(near(r, [0.9, 0.1125]) && near(g, [0.45, 0.1125]) && near(b, [0.225, 0.45]), "{r:?} {g:?} {b:?}");
 }
 
-/// A facet tilted by 30°, photographed under 400 lights: its normal is 11° off by the parabola, half a degree by nine harmonics; shaded by
-/// these it is nearer too. A file of parabolas has no harmonics.
+/// A facet tilted by 30°, photographed under 400 lights: its normal is 11° off by the parabola, half a degree
+/// by nine harmonics; shaded by these it is nearer too. A file of parabolas has no harmonics.
 #[test]
 fn harmonics_are_fitted_to_photographs() {
     let d = tempfile::tempdir().expect("a folder");
@@ -218,8 +221,8 @@ fn broken_maps_are_refused_by_name() {
     assert!(!dir.join("x.pfm").exists());
 }
 
-/// Photographs that are polynomials of their lights, other ones in red, green and blue: one colour a texel loses them, which is
-/// told; three polynomials keep them, in a file and from the list.
+/// Photographs that are polynomials of their lights, other ones in red, green and blue: one colour a texel
+/// loses them, which is told; three polynomials keep them, in a file and from the list.
 #[test]
 fn colours_that_change_with_the_light_take_three_polynomials() {
     let d = tempfile::tempdir().expect("a folder");

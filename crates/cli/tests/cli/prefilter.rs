@@ -83,8 +83,8 @@ fn all_maps_are_held_against_the_limit_of_memory() {
     assert!(stderr(&o).contains("the levels need 90 MiB"), "{}", stderr(&o));
 }
 
-/// A sun beyond halves: kept where the engine reads floats, else a light of its own, in a file and in the snippet; said
-/// on standard error and in the report.
+/// A sun beyond halves: kept where the engine reads floats, else a light of its own, in a file and in the
+/// snippet; said on standard error and in the report.
 #[test]
 fn suns_that_files_cannot_hold_are_kept_or_become_lights() {
     let d = tempfile::tempdir().expect("a folder");

@@ -70,8 +70,8 @@ fn a_linear_light_field_is_reproduced() {
     assert!((b - a).abs() < 2e-3 * a && c > 1.05 * b, "{a} {b} {c}");
 }
 
-/// A scene file's light field is that of the option; techniques are compared under it, and where one light is needed it is
-/// refused.
+/// A scene file's light field is that of the option; techniques are compared under it, and where one light is
+/// needed it is refused.
 #[test]
 fn scene_files_name_a_light_field() {
     let d = tempfile::tempdir().expect("a folder");

@@ -45,7 +45,8 @@ fn rays_over_the_lobe_shadow_the_environment() {
         let behind = floor(d.path(), &furnace, technique, &["--shadows", "lobe"]);
         for ((x, open), (_, got)) in open.into_iter().zip(behind).skip(1) {
             assert!((open - 0.5).abs() < 2e-3, "{technique} {x}: {open} without shadows");
-            // The wall hides (1 − x/√(x² + h²))/2 of the floor's cosine-weighted hemisphere (crossed strings).
+            // The wall hides (1 − x/√(x² + h²))/2 of the floor's cosine-weighted hemisphere (crossed
+            // strings).
             let away = x - AT;
             let want = 0.25 * (1.0 + away / away.hypot(WALL));
             // Of the radiance without shadows.
@@ -72,8 +73,8 @@ fn suns_in_a_technique_s_data_are_shadowed_as_suns_beside_them() {
     }
 }
 
-/// The wall's shadow under a sun and under a lamp, by rays, maps and volumes, below a technique for the environment and one for the
-/// lights.
+/// The wall's shadow under a sun and under a lamp, by rays, maps and volumes, below a technique for the
+/// environment and one for the lights.
 #[test]
 fn maps_and_volumes_shadow_what_rays_do() {
     let d = tempfile::tempdir().expect("a folder");

@@ -97,7 +97,8 @@ fn destinations_are_checked_before_the_work() {
     }
 }
 
-/// Container, format, levels, kernel and profile; of files that say nothing of themselves what their header says.
+/// Container, format, levels, kernel and profile; of files that say nothing of themselves what their header
+/// says.
 #[test]
 fn inspect_says_what_a_texture_is() {
     let d = tempfile::tempdir().expect("a folder");

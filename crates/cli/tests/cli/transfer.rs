@@ -194,8 +194,8 @@ fn coarse_ground_has_its_contact_shadow() {
     }
 }
 
-/// Transfer that a file holds is shaded, to the bit as rays of the same tolerance are, and what is not of this mesh, or less than a
-/// technique needs, is refused.
+/// Transfer that a file holds is shaded, to the bit as rays of the same tolerance are, and what is not of
+/// this mesh, or less than a technique needs, is refused.
 #[test]
 fn transfer_of_a_file_takes_the_place_of_rays() {
     let d = tempfile::tempdir().expect("a folder");

@@ -1,5 +1,5 @@
-//! `steradian verify`: our own files hold what their profiles expect, and a file that does not ends with code 4. Faults
-//! of every kind are planted in the tests of the crate `steradian-verify`.
+//! `steradian verify`: our own files hold what their profiles expect, and a file that does not ends with
+//! code 4. Faults of every kind are planted in the tests of the crate `steradian-verify`.
 
 use super::common::{done, run};
 use serde_json::Value;

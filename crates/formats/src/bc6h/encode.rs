@@ -1,8 +1,8 @@
 //! Texels to a block.
 //!
-//! A line is fitted to all texels, and to both subsets of the most promising shapes; its ends are moved to the least
-//! squares of the levels that the texels take, rounded in every mode whose precision can pay, and the best result is
-//! searched for better ends, channel by channel, until none is found.
+//! A line is fitted to all texels, and to both subsets of the most promising shapes; its ends are moved to
+//! the least squares of the levels that the texels take, rounded in every mode whose precision can pay, and
+//! the best result is searched for better ends, channel by channel, until none is found.
 
 use super::fit::{Cloud, Point, members};
 use super::modes::{
@@ -122,8 +122,8 @@ impl Target {
         }
     }
 
-    /// Rounds the ends to a mode and keeps the result where it is better; ends that are too far from the first one
-    /// come as near as the mode needs. Did none have to?
+    /// Rounds the ends to a mode and keeps the result where it is better; ends that are too far from the
+    /// first one come as near as the mode needs. Did none have to?
     fn try_mode(&self, mode: usize, shape: usize, ends: &[Point; 4], best: &mut Found) -> bool {
         let m = &MODES[mode];
         let mut q = Endpoints::default();

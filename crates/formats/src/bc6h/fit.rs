@@ -150,7 +150,8 @@ impl Axis {
         if size < 1e-3 {
             return Self { mean, direction: [0.0; 3] };
         }
-        // Powers of the matrix turn every column towards the main axis: the sixteenth is enough to start from.
+        // Powers of the matrix turn every column towards the main axis: the sixteenth is enough to start
+        // from.
         let mut p = k.map(|v| v / size);
         for _ in 0..4 {
             p = squared(&p);

@@ -1,8 +1,8 @@
-//! BC6H: 4 × 4 texels of three half floats in 16 bytes, unsigned or signed (Khronos Data Format Specification 1.3,
-//! section 20.2; Microsoft, *BC6H format*). No alpha: it reads as 1.
+//! BC6H: 4 × 4 texels of three half floats in 16 bytes, unsigned or signed (Khronos Data Format Specification
+//! 1.3, section 20.2; Microsoft, *BC6H format*). No alpha: it reads as 1.
 //!
-//! Bit patterns of positive halves are nearly logarithmic, and blocks interpolate them: the encoder makes the sum of
-//! squared differences of the patterns small, thus the relative error of every channel.
+//! Bit patterns of positive halves are nearly logarithmic, and blocks interpolate them: the encoder makes the
+//! sum of squared differences of the patterns small, thus the relative error of every channel.
 
 mod decode;
 mod encode;
@@ -23,8 +23,8 @@ pub(crate) fn image_bytes(width: usize, height: usize) -> usize {
     width.div_ceil(4) * height.div_ceil(4) * BLOCK
 }
 
-/// Appends the blocks of an image, given as R G B A; blocks over the right and lower edge repeat the last texels. What
-/// halves cannot hold, and negative values where there is no sign, are counted.
+/// Appends the blocks of an image, given as R G B A; blocks over the right and lower edge repeat the last
+/// texels. What halves cannot hold, and negative values where there is no sign, are counted.
 pub(crate) fn encode(
     rgba: &[f32],
     (width, height): (usize, usize),

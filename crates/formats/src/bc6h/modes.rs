@@ -1,5 +1,5 @@
-//! The fourteen ways in which a block spends its 128 bits, the shapes of two subsets, and how endpoints become values
-//! (Khronos Data Format Specification 1.3, section 20.2; Microsoft, *BC6H format*).
+//! The fourteen ways in which a block spends its 128 bits, the shapes of two subsets, and how endpoints
+//! become values (Khronos Data Format Specification 1.3, section 20.2; Microsoft, *BC6H format*).
 
 use std::sync::LazyLock;
 
@@ -25,8 +25,8 @@ pub(super) struct Mode {
     pub bits: Vec<(u8, u8, u8)>,
 }
 
-/// Code and its bits, subsets, precision, deltas, and the bits in their order in the block, lowest first: `r1[4:0]`
-/// is bits 0 to 4 of the red of endpoint 1, `r0[10:11]` bit 11 and then bit 10.
+/// Code and its bits, subsets, precision, deltas, and the bits in their order in the block, lowest first:
+/// `r1[4:0]` is bits 0 to 4 of the red of endpoint 1, `r0[10:11]` bit 11 and then bit 10.
 type Row = (u32, u32, usize, u32, Option<[u32; 3]>, &'static str);
 
 const ROWS: [Row; 14] = [
@@ -216,7 +216,8 @@ pub(super) fn interpolate(a: i32, b: i32, weight: i32) -> i32 {
     (a * (64 - weight) + b * weight + 32) >> 6
 }
 
-/// A value on the scale of interpolation as the bits of a half, negative ones as the negative of their magnitude's.
+/// A value on the scale of interpolation as the bits of a half, negative ones as the negative of their
+/// magnitude's.
 pub(super) fn finish(v: i32, signed: bool) -> i32 {
     // All ones for negative values: no branch.
     let sign = v >> 31;

@@ -150,8 +150,8 @@ fn blocks_of_every_mode_are_met_again() {
     assert!(e < 0.35, "{e}");
 }
 
-/// The bits of all texels of many blocks of every code, the reserved ones too, as an independent decoder (bcdec)
-/// gives them: their Fowler–Noll–Vo checksums. −0 is told from 0.
+/// The bits of all texels of many blocks of every code, the reserved ones too, as an independent decoder
+/// (bcdec) gives them: their Fowler–Noll–Vo checksums. −0 is told from 0.
 #[test]
 fn another_decoder_gives_the_same_bits() {
     const CODES: [(u64, u32); 18] = [

@@ -46,8 +46,8 @@ pub(crate) fn round_trip(rgb: [f32; 3]) -> [f32; 3] {
     [r, g, b].map(|m| ((f64::from(m) + 0.5) * 2f64.powi(i32::from(e) - 136)) as f32)
 }
 
-/// The pixel whose decoded value, (m + 0.5)·2^(e − 136), lies nearest to `rgb`. Negative values become zero and
-/// values beyond the largest exponent become the largest pixel; both are counted.
+/// The pixel whose decoded value, (m + 0.5)·2^(e − 136), lies nearest to `rgb`. Negative values become zero
+/// and values beyond the largest exponent become the largest pixel; both are counted.
 fn rgbe(rgb: [f32; 3], report: &mut WriteReport) -> [u8; 4] {
     let mut v = rgb.map(f64::from);
     let largest = 255.5 * 2f64.powi(255 - 136);

@@ -4,10 +4,10 @@
 //! - Pixels decode as (m + 0.5)·2^(e − 136), e = 0 as zero.
 //! - Radiance = pixel / Π EXPOSURE / Π COLORCORR; the lines accumulate.
 //!   A line of zeros, which some programs write where they know nothing, is ignored.
-//! - `32-bit_rle_xyze` holds CIE XYZ with Y in lm sr⁻¹ m⁻²: XYZ / 179 lm W⁻¹ (Radiance's `WHTEFFICACY`), then the
-//!   Rec. 709 matrix without adaptation.
-//! - A PRIMARIES line other than Rec. 709's or Radiance's own default converts to Rec. 709, adapted to its white.
-//!   Radiance's default primaries are taken as Rec. 709, as every other tool does.
+//! - `32-bit_rle_xyze` holds CIE XYZ with Y in lm sr⁻¹ m⁻²: XYZ / 179 lm W⁻¹ (Radiance's `WHTEFFICACY`), then
+//!   the Rec. 709 matrix without adaptation.
+//! - A PRIMARIES line other than Rec. 709's or Radiance's own default converts to Rec. 709, adapted to its
+//!   white. Radiance's default primaries are taken as Rec. 709, as every other tool does.
 //! - Every one of the eight orientations is turned upright.
 //!
 //! The writer makes new run-length scan lines (flat ones where the width forbids them), top row first.

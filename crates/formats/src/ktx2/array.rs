@@ -28,8 +28,8 @@ impl TextureArray {
     }
 }
 
-/// Writes `array` to `path` as a two-dimensional array texture, whole or not at all. What does not fit the format is
-/// counted; values that are not finite are refused.
+/// Writes `array` to `path` as a two-dimensional array texture, whole or not at all. What does not fit the
+/// format is counted; values that are not finite are refused.
 pub fn write_ktx2_array(
     path: &Path,
     array: TextureArray,

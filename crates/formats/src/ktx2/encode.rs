@@ -45,8 +45,8 @@ impl Supercompression {
     }
 }
 
-/// Writes `texture` to `path` with 16- or 32-bit floats, whole or not at all. `texture.metadata` becomes key and
-/// value data. Values that are not finite are refused; halves beyond 65504 clip and are counted.
+/// Writes `texture` to `path` with 16- or 32-bit floats, whole or not at all. `texture.metadata` becomes key
+/// and value data. Values that are not finite are refused; halves beyond 65504 clip and are counted.
 pub fn write_ktx2(path: &Path, texture: &TextureLevels, half: bool) -> Result<WriteReport, FormatError> {
     let format = if half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f };
     write_ktx2_as(path, texture, format, Supercompression::None)

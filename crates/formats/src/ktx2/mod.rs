@@ -1,10 +1,10 @@
-//! KTX2 textures (Khronos KTX File Format Specification 2.0): two-dimensional maps, arrays of them, and cube maps, with
-//! mip levels, floats.
+//! KTX2 textures (Khronos KTX File Format Specification 2.0): two-dimensional maps, arrays of them, and cube
+//! maps, with mip levels, floats.
 //!
 //! Written: R32G32B32A32_SFLOAT, R16G16B16A16_SFLOAT, E5B9G9R9_UFLOAT_PACK32, B10G11R11_UFLOAT_PACK32 and
-//! BC6H_UFLOAT and _SFLOAT blocks, as they are or with Zstandard or ZLIB supercompression; linear Rec. 709 in the data
-//! format descriptor, `KTXorientation` rd and `KTXwriter`. Read: these, and 16- and 32-bit float formats of one to three
-//! components. Refused: arrays of cubes, volumes, other block compression, BasisLZ.
+//! BC6H_UFLOAT and _SFLOAT blocks, as they are or with Zstandard or ZLIB supercompression; linear Rec. 709 in
+//! the data format descriptor, `KTXorientation` rd and `KTXwriter`. Read: these, and 16- and 32-bit float
+//! formats of one to three components. Refused: arrays of cubes, volumes, other block compression, BasisLZ.
 
 mod array;
 mod decode;
@@ -52,7 +52,8 @@ impl TextureLevels {
         self.faces * w * h * 4
     }
 
-    /// The red, green and blue planes of level `level`, faces one below the other; empty where there is no such level.
+    /// The red, green and blue planes of level `level`, faces one below the other; empty where there is no
+    /// such level.
     pub fn planes(&self, level: usize) -> [Vec<f32>; 3] {
         let texels = self.levels.get(level).map_or(&[][..], Vec::as_slice);
         std::array::from_fn(|c| texels.iter().skip(c).step_by(4).copied().collect())

@@ -1,6 +1,7 @@
-//! Data of the ALTA library in text (`.dat`, `.alta`; Belcour, Barla & Pacanowski 2014, "ALTA: A BRDF Analysis Library"): a
-//! head of lines `#KEY value`, of which `#DIM nx ny` and `#PARAM_IN name` are needed, and rows of nx coordinates and ny
-//! values. `#VS` says how many confidence numbers follow each value; they are read and dropped. Other comments pass.
+//! Data of the ALTA library in text (`.dat`, `.alta`; Belcour, Barla & Pacanowski 2014, "ALTA: A BRDF
+//! Analysis Library"): a head of lines `#KEY value`, of which `#DIM nx ny` and `#PARAM_IN name` are needed,
+//! and rows of nx coordinates and ny values. `#VS` says how many confidence numbers follow each value; they
+//! are read and dropped. Other comments pass.
 
 use super::{number, text};
 use crate::{FormatError, Limits};

@@ -1,5 +1,6 @@
-//! Measurements in the manner of ASTM E1392 (`.astm`), as Cornell and ALTA write them: lines `KEY value`, of which
-//! `NUM_POINTS n` and, last, `VARS name,name,…` are needed, then n rows of comma-separated numbers, one per name.
+//! Measurements in the manner of ASTM E1392 (`.astm`), as Cornell and ALTA write them: lines `KEY value`, of
+//! which `NUM_POINTS n` and, last, `VARS name,name,…` are needed, then n rows of comma-separated numbers, one
+//! per name.
 
 use super::{number, text};
 use crate::{FormatError, Limits};

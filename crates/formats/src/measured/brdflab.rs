@@ -1,6 +1,6 @@
-//! Parameters of analytic reflectance as BRDFLab keeps them (Forés, Pattanaik, Bosch & Pueyo 2009, "BRDFLab: A General
-//! System for Designing BRDFs"): XML with one or more sums of lobes, each a model's name and its numbers. Plain data: what
-//! the models are is the reader's.
+//! Parameters of analytic reflectance as BRDFLab keeps them (Forés, Pattanaik, Bosch & Pueyo 2009, "BRDFLab:
+//! A General System for Designing BRDFs"): XML with one or more sums of lobes, each a model's name and its
+//! numbers. Plain data: what the models are is the reader's.
 
 use super::text;
 use crate::{FormatError, Limits};

@@ -1,6 +1,7 @@
-//! Spectral measurements of Cornell's Program of Computer Graphics (`.brdf`): text in which `#` begins a comment and line
-//! ends mean nothing. The number of wavelengths, the wavelengths in nanometres, then records: the polar angle and azimuth
-//! of the light, those of the view, in radians, and one value per wavelength.
+//! Spectral measurements of Cornell's Program of Computer Graphics (`.brdf`): text in which `#` begins a
+//! comment and line ends mean nothing. The number of wavelengths, the wavelengths in nanometres, then
+//! records: the polar angle and azimuth of the light, those of the view, in radians, and one value per
+//! wavelength.
 
 use super::{number, text};
 use crate::{FormatError, Limits};

@@ -1,5 +1,5 @@
-//! CUReT's tables as text (Dana, van Ginneken, Nayar & Koenderink 1999): rows of numbers between spaces or commas, `#` begins a
-//! comment.
+//! CUReT's tables as text (Dana, van Ginneken, Nayar & Koenderink 1999): rows of numbers between spaces or
+//! commas, `#` begins a comment.
 
 use super::{number, text};
 use crate::{FormatError, Limits};
@@ -16,7 +16,8 @@ pub struct CuretTable {
 }
 
 impl CuretTable {
-    /// The measurements of one sample, what follows its number on its row; more than half of them are positive. `name` is for messages.
+    /// The measurements of one sample, what follows its number on its row; more than half of them are
+    /// positive. `name` is for messages.
     pub fn sample(&self, name: &Path, sample: u32) -> Result<&[f64], FormatError> {
         let found = self.rows.iter().find_map(|r| r.split_first().filter(|r| *r.0 == f64::from(sample)));
         let Some((_, values)) = found else {
@@ -39,8 +40,9 @@ pub fn decode_curet(name: &Path, bytes: &[u8], limits: &Limits) -> Result<CuretT
     Ok(CuretTable { rows: rows(name, bytes, limits)? })
 }
 
-/// Decodes the directions of measurements: rows θ_i φ_i θ_v φ_v, or the same after a running number; in radians, or in
-/// degrees where a polar angle is above π/2. What is returned is in radians, polar angles below π/2.
+/// Decodes the directions of measurements: rows θ_i φ_i θ_v φ_v, or the same after a running number; in
+/// radians, or in degrees where a polar angle is above π/2. What is returned is in radians, polar angles
+/// below π/2.
 pub fn decode_curet_directions(
     name: &Path,
     bytes: &[u8],

@@ -1,5 +1,5 @@
-//! Files of many materials, one row of little-endian 32-bit floats each: tabulated factors (Bagher, Snyder & Nowrouzezahrai
-//! 2016) and networks (Sztrajman, Rainer, Ritschel & Weyrich 2021).
+//! Files of many materials, one row of little-endian 32-bit floats each: tabulated factors (Bagher, Snyder &
+//! Nowrouzezahrai 2016) and networks (Sztrajman, Rainer, Ritschel & Weyrich 2021).
 
 use crate::image::not_empty;
 use crate::{FormatError, Limits};
@@ -14,8 +14,8 @@ pub const NPF_BYTES: u64 = (4 * 3 * NPF_ROWS * NPF_COLUMNS) as u64;
 /// Numbers of a network.
 pub const NBRDF_NUMBERS: usize = 675;
 
-/// The columns of material `row` of a table of factors that lies in memory; `name` is for messages. Every number of them is finite;
-/// those of other materials are not looked at.
+/// The columns of material `row` of a table of factors that lies in memory; `name` is for messages. Every
+/// number of them is finite; those of other materials are not looked at.
 pub fn decode_npf(
     name: &Path,
     bytes: &[u8],

@@ -1,7 +1,7 @@
-//! Measured anisotropic reflectance as MERL stores it (`.binary` too): Ngan, Durand & Matusik 2005, "Experimental Analysis
-//! of BRDF Models". Little-endian: sixteen `i32`, of which the first four are dimensions (90, 180, 45 and 45 or the same the
-//! other way round) and the eleventh is the number of channels, 3; then each channel's numbers as `f32`, laid out
-//! [θ_i][θ_o][φ_d][φ_i]. Plain data.
+//! Measured anisotropic reflectance as MERL stores it (`.binary` too): Ngan, Durand & Matusik 2005,
+//! "Experimental Analysis of BRDF Models". Little-endian: sixteen `i32`, of which the first four are
+//! dimensions (90, 180, 45 and 45 or the same the other way round) and the eleventh is the number of
+//! channels, 3; then each channel's numbers as `f32`, laid out [θ_i][θ_o][φ_d][φ_i]. Plain data.
 
 use crate::image::not_empty;
 use crate::{FormatError, Limits};
@@ -23,8 +23,9 @@ pub struct MerlAnisotropic {
 
 /// Decodes such a file that lies in memory; `name` is for messages. Every number is finite.
 ///
-/// The order of the four dimensions in the head is not documented: the two that are equal are taken to be the polar angles,
-/// and of the other two the larger one the difference of the azimuths, as 45, 45, 180 and 90 are in the published files.
+/// The order of the four dimensions in the head is not documented: the two that are equal are taken to be the
+/// polar angles, and of the other two the larger one the difference of the azimuths, as 45, 45, 180 and 90
+/// are in the published files.
 pub fn decode_merl_anisotropic(
     name: &Path,
     bytes: &[u8],

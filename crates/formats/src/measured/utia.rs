@@ -1,6 +1,7 @@
-//! Anisotropic measurements of the Institute of Information Theory and Automation in Prague (UTIA; Filip & Vávra 2014,
-//! "Template-Based Sampling of Anisotropic BRDFs"): 248 832 little-endian `f64` and nothing else, red, green and blue after
-//! one another, each as [θ_i][φ_i][θ_v][φ_v] with six polar angles in steps of 15° and 48 azimuths in steps of 7.5°.
+//! Anisotropic measurements of the Institute of Information Theory and Automation in Prague (UTIA; Filip &
+//! Vávra 2014, "Template-Based Sampling of Anisotropic BRDFs"): 248 832 little-endian `f64` and nothing else,
+//! red, green and blue after one another, each as [θ_i][φ_i][θ_v][φ_v] with six polar angles in steps of 15°
+//! and 48 azimuths in steps of 7.5°.
 
 use crate::image::not_empty;
 use crate::{FormatError, Limits};

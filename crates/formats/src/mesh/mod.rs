@@ -1,8 +1,8 @@
 //! Triangle meshes as plain data: glTF, GLB, OBJ with MTL, PLY, each of them gzipped or not.
 //!
 //! What comes out is indexed triangles in the file's own units, with every index in range and every number
-//! finite. Files that a mesh refers to (buffers, images, materials) must lie below its own folder; there are no
-//! URLs. Skins, morph targets, animations, points and lines are left out, and a note says so.
+//! finite. Files that a mesh refers to (buffers, images, materials) must lie below its own folder; there are
+//! no URLs. Skins, morph targets, animations, points and lines are left out, and a note says so.
 
 mod data;
 mod gltf;

@@ -6,7 +6,8 @@ use crate::{FormatError, Limits};
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
-/// Decoded bytes for each byte of a mesh file and of what it refers to: a scene of a thousand instances stays below it.
+/// Decoded bytes for each byte of a mesh file and of what it refers to: a scene of a thousand instances stays
+/// below it.
 const MAX_RATIO: u64 = 2000;
 
 /// What any mesh may take, however short its file is.
@@ -18,7 +19,8 @@ const MAX_GZIP_RATIO: u64 = 200;
 /// Notes that are kept; more are counted.
 const MAX_NOTES: usize = 64;
 
-/// A mesh file being read: its name for errors, the folder that it may refer to, and what is left to allocate.
+/// A mesh file being read: its name for errors, the folder that it may refer to, and what is left to
+/// allocate.
 pub struct Source<'a> {
     path: &'a Path,
     folder: Option<&'a Path>,
@@ -34,8 +36,8 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// A file of `len` bytes. Beside the memory limit, a decoded mesh may hold [`MAX_RATIO`] times its bytes, so
-    /// that a short file with large counts allocates little.
+    /// A file of `len` bytes. Beside the memory limit, a decoded mesh may hold [`MAX_RATIO`] times its bytes,
+    /// so that a short file with large counts allocates little.
     pub fn new(path: &'a Path, folder: Option<&'a Path>, len: usize, limits: &Limits) -> Self {
         Self { path, folder, limits: *limits, read: len as u64, spent: 0, notes: Vec::new(), more_notes: 0 }
     }

@@ -23,8 +23,8 @@ pub fn triangulate(corners: &[[f32; 3]], mut emit: impl FnMut([usize; 3])) {
     let flat = project(corners);
     let mut left: Vec<usize> = (0..n).collect();
     let mut start = 1;
-    // Each search may try every corner against every other: quadratic for the polygons of real meshes, of which most
-    // corners are ears, cubic for those that are made to be. The rest of such a one is cut anyhow.
+    // Each search may try every corner against every other: quadratic for the polygons of real meshes, of
+    // which most corners are ears, cubic for those that are made to be. The rest of such a one is cut anyhow.
     let mut tries = MAX_TRIES * n;
     while left.len() > 3 {
         let m = left.len();

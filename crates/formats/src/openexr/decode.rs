@@ -79,7 +79,8 @@ fn check_part(name: &Path, header: &Header, length: u64, options: &ReadOptions) 
         return invalid("the tiles are empty");
     }
     let samples = width as u128 * rows as u128 * header.channels.list.len() as u128;
-    // The tiles of a small image may be larger than the image; only the largest file has any right to huge ones.
+    // The tiles of a small image may be larger than the image; only the largest file has any right to huge
+    // ones.
     options.limits.memory(name, samples.saturating_mul(4), length.max(1 << 20))
 }
 

@@ -1,5 +1,5 @@
-//! Planes to OpenEXR. Header and chunks are written here, in a fixed order (the crate keeps attributes in a hash
-//! table, so its files differ from run to run); the crate compresses the blocks, side by side.
+//! Planes to OpenEXR. Header and chunks are written here, in a fixed order (the crate keeps attributes in a
+//! hash table, so its files differ from run to run); the crate compresses the blocks, side by side.
 
 use super::{MAGIC, guarded};
 use crate::atomic::WriteSeek;
@@ -138,7 +138,8 @@ fn compress(
     }
 }
 
-/// The nearest half. Beyond the largest one the value clips, below half the smallest it becomes 0; both are counted.
+/// The nearest half. Beyond the largest one the value clips, below half the smallest it becomes 0; both are
+/// counted.
 fn half(v: f32, report: &mut WriteReport) -> f16 {
     let h = f16::from_f32(v);
     if v > 0.0 && h == f16::ZERO {

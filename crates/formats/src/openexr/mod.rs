@@ -1,6 +1,6 @@
-//! OpenEXR, through the crate `exr`: its header parser and its codecs. The container's chunks are walked here, in
-//! file order and without the offset table, so that nothing is allocated before it is checked, broken tables do
-//! not matter, and planes of f32 are filled straight from the file.
+//! OpenEXR, through the crate `exr`: its header parser and its codecs. The container's chunks are walked
+//! here, in file order and without the offset table, so that nothing is allocated before it is checked,
+//! broken tables do not matter, and planes of f32 are filled straight from the file.
 //!
 //! - Samples: half, float, uint. Scan lines and tiles; of mip and rip maps the full resolution. All parts of
 //!   multi-part files, and layers that dots in channel names make.

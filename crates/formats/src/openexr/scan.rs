@@ -1,4 +1,5 @@
-//! A first look at the header, before the library sees it: sizes within the limits, attributes within the file.
+//! A first look at the header, before the library sees it: sizes within the limits, attributes within the
+//! file.
 
 use crate::image::ReadOptions;
 use crate::{FormatError, atomic};
@@ -14,8 +15,8 @@ const MAX_ATTRIBUTES: usize = 100_000;
 /// Bytes of all attributes; the largest are small preview images.
 const MAX_ATTRIBUTE_BYTES: u64 = 16 << 20;
 
-/// Channels of a file; a renderer that writes every layer apart comes to hundreds. The library and the choice of a layer
-/// compare them with each other.
+/// Channels of a file; a renderer that writes every layer apart comes to hundreds. The library and the choice
+/// of a layer compare them with each other.
 const MAX_CHANNELS: usize = 4096;
 
 /// Parts of a file.

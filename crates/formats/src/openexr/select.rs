@@ -23,7 +23,8 @@ struct Layer {
 }
 
 /// Chooses the layer called `wanted`, else the first with R, G and B, else the first with Y, else the first.
-/// With `all`, every channel of that layer's part under its full name, and the layer's colour under plain names.
+/// With `all`, every channel of that layer's part under its full name, and the layer's colour under plain
+/// names.
 pub(super) fn select(headers: &[Header], wanted: Option<&str>, all: bool) -> Result<Selection, String> {
     let layers = layers(headers);
     let chosen = match wanted {

@@ -1,4 +1,5 @@
-//! OpenEXR files: what this project writes, and what only others write (tiles, levels, parts, unsigned integers).
+//! OpenEXR files: what this project writes, and what only others write (tiles, levels, parts, unsigned
+//! integers).
 
 use crate::generate::{Entry, entry, picture, written};
 use exr::image::write::WritableImage;

@@ -1,8 +1,10 @@
-//! The corpus of small files, by format and verdict: `valid` decodes, `invalid` gives an error, `fuzzed` (what
-//! fuzzers found, and generated damage) gives either; nothing panics or takes more memory than the limits allow.
+//! The corpus of small files, by format and verdict: `valid` decodes, `invalid` gives an error, `fuzzed`
+//! (what fuzzers found, and generated damage) gives either; nothing panics or takes more memory than the
+//! limits allow.
 //!
-//! Files that the generator makes must be what it makes: `STERADIAN_BLESS=1 cargo test -p steradian-formats --test
-//! corpus` writes them. Files that it does not know (found by a fuzzer) are replayed as well.
+//! Files that the generator makes must be what it makes:
+//! `STERADIAN_BLESS=1 cargo test -p steradian-formats --test corpus` writes them. Files that it does not know
+//! (found by a fuzzer) are replayed as well.
 
 mod damage;
 mod generate;

@@ -1,4 +1,5 @@
-//! Shadowed glossy reflections by Gaussian lobes alone, as Green, Kautz & Durand (2007) time them: a metal has no diffuse part.
+//! Shadowed glossy reflections by Gaussian lobes alone, as Green, Kautz & Durand (2007) time them: a metal
+//! has no diffuse part.
 
 use super::{PATHS, common, name, shortest};
 use glam::Vec3;

@@ -1,13 +1,15 @@
-//! Milliseconds per technique at 1920 × 1080 beside the same device's fill and bandwidth roofs, those of a local light and its shadows, those of
-//! shadowed glossy reflections on meshes of 100 000 and 35 000 vertices, and frames per second at 512 × 512 under a turning light.
+//! Milliseconds per technique at 1920 × 1080 beside the same device's fill and bandwidth roofs, those of a
+//! local light and its shadows, those of shadowed glossy reflections on meshes of 100 000 and 35 000
+//! vertices, and frames per second at 512 × 512 under a turning light.
 //!
 //!     cargo bench -p steradian-gpu --bench techniques                 all
 //!     cargo bench -p steradian-gpu --bench techniques -- frame        the first: `frame`, `local`, `shadows`, `glossy`, `fps`
 //!     cargo bench -p steradian-gpu --bench techniques -- frame small  at 480 × 270, for software adapters
 //!
-//! Device times come from timestamps around the passes; the smallest of several frames is shown. Beside them stands the
-//! processor's time a frame, which is what counts on a software adapter that shares its cores. The papers' figures
-//! are printed for context, not for comparison: other scenes, other machines, other parts of the work.
+//! Device times come from timestamps around the passes; the smallest of several frames is shown. Beside them
+//! stands the processor's time a frame, which is what counts on a software adapter that shares its cores. The
+//! papers' figures are printed for context, not for comparison: other scenes, other machines, other parts of
+//! the work.
 
 #![allow(clippy::print_stdout, reason = "a benchmark's output")]
 
@@ -92,8 +94,8 @@ fn in_first_scenes(side: usize) -> impl Iterator<Item = Technique> {
         .filter(move |(_, _, bake)| std::mem::replace(&mut last, bake.card().slug) != bake.card().slug)
 }
 
-/// The shortest of some frames, as the device measures it (by the wall's clock where the device has none), and the
-/// processor's milliseconds a frame.
+/// The shortest of some frames, as the device measures it (by the wall's clock where the device has none),
+/// and the processor's milliseconds a frame.
 fn shortest(gpu: &Gpu, renderer: &mut Renderer) -> Result<(Timings, f64), GpuError> {
     let frames = if gpu.is_software() { 5 } else { 40 };
     let cpu = cpu_ms();

@@ -6,8 +6,8 @@ use crate::{Gpu, GpuError, Renderer};
 use glam::Vec3;
 use steradian_scene::Camera;
 
-/// Directions of the faces +X −X +Y −Y +Z −Z, and the up of the camera that looks along each: the Khronos orientation
-/// but for left and right, which a cube seen from inside exchanges and the shader exchanges back.
+/// Directions of the faces +X −X +Y −Y +Z −Z, and the up of the camera that looks along each: the Khronos
+/// orientation but for left and right, which a cube seen from inside exchanges and the shader exchanges back.
 const FACES: [(Vec3, Vec3); 6] = [
     (Vec3::X, Vec3::Y),
     (Vec3::NEG_X, Vec3::Y),
@@ -18,9 +18,10 @@ const FACES: [(Vec3, Vec3); 6] = [
 ];
 
 impl Surroundings {
-    /// What `renderer`'s scene shows from the point `from`, at the renderer's resolution (which must be square); the
-    /// pictures stay on the device, and the camera is put back. The light on the scene's own surfaces is that of its
-    /// techniques, so captures by turns with refilters carry it on from one to the next.
+    /// What `renderer`'s scene shows from the point `from`, at the renderer's resolution (which must be
+    /// square); the pictures stay on the device, and the camera is put back. The light on the scene's own
+    /// surfaces is that of its techniques, so captures by turns with refilters carry it on from one to the
+    /// next.
     pub fn captured(gpu: &Gpu, renderer: &mut Renderer, from: Vec3) -> Result<Self, GpuError> {
         let (_, [width, height]) = renderer.film();
         if width != height {

@@ -39,8 +39,8 @@ impl Follower {
         self.refilters.iter().any(|(r, _)| r.is_busy())
     }
 
-    /// Works within `budget`, of which each table that is not done has the same share, and hands what is finished to the
-    /// technique; `true` where anything was.
+    /// Works within `budget`, of which each table that is not done has the same share, and hands what is
+    /// finished to the technique; `true` where anything was.
     pub fn step(
         &mut self,
         gpu: &Gpu,
@@ -67,7 +67,8 @@ impl Follower {
         Ok(delivered)
     }
 
-    /// Irradiance of the light that is shown, turned by `rotation`: after a technique's uniforms were written anew.
+    /// Irradiance of the light that is shown, turned by `rotation`: after a technique's uniforms were written
+    /// anew.
     pub fn turn(&self, gpu: &Gpu, technique: &TechniqueData, rotation: Mat3) -> Result<(), GpuError> {
         let ready = self.refilters.first().filter(|(r, _)| r.is_ready());
         match (self.irradiance, ready) {

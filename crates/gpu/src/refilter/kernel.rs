@@ -50,7 +50,8 @@ pub(super) fn gaussian(kappa: f64, reach: f64, order: usize) -> Vec<f64> {
     k
 }
 
-/// Factors of the bands of a mean over square cells of `area` steradians, to second order: exp(−l(l+1) area/24).
+/// Factors of the bands of a mean over square cells of `area` steradians, to second order: exp(−l(l+1)
+/// area/24).
 pub(super) fn cells(area: f64, order: usize) -> Vec<f64> {
     (0..=order).map(|l| (-((l * (l + 1)) as f64) * area / 24.0).exp()).collect()
 }
@@ -61,16 +62,16 @@ pub(super) struct Mixture {
     pub weights: Vec<f64>,
     /// k_l − Σ w_j b_j(l) of the low bands.
     pub rest: Vec<f64>,
-    /// What higher bands miss, relative: √(Σ (2l+1)/(l+1)² e_l² / Σ (2l+1)/(l+1)² k_l²), the RMS error under light
-    /// whose bands fall like 1/l², as photographs' do.
+    /// What higher bands miss, relative: √(Σ (2l+1)/(l+1)² e_l² / Σ (2l+1)/(l+1)² k_l²), the RMS error under
+    /// light whose bands fall like 1/l², as photographs' do.
     pub error: f64,
 }
 
 /// Error of a Gaussian on its cube, relative, about: what makes large weights that cancel each other costly.
 const NOISE: f64 = 0.02;
 
-/// Least squares in frequency space. Errors count between those of such light and those of a single point; low
-/// bands hardly, so that they do not bind the fit; large weights by the errors that they would let in.
+/// Least squares in frequency space. Errors count between those of such light and those of a single point;
+/// low bands hardly, so that they do not bind the fit; large weights by the errors that they would let in.
 pub(super) fn fit(k: &[f64], basis: &[Vec<f64>], bands: usize) -> Mixture {
     let full = |l: usize| (2 * l + 1) as f64 / (l + 1) as f64;
     let weight = |l: usize| if l < bands { 1e-4 * full(l) } else { full(l) };
@@ -93,7 +94,8 @@ pub(super) fn fit(k: &[f64], basis: &[Vec<f64>], bands: usize) -> Mixture {
     Mixture { weights, rest: miss[..bands].to_vec(), error }
 }
 
-/// The variance v of the Gaussian exp(−l(l+1)v/2) nearest to a kernel, weighted as in [`fit`]: what picks a box.
+/// The variance v of the Gaussian exp(−l(l+1)v/2) nearest to a kernel, weighted as in [`fit`]: what picks a
+/// box.
 pub(super) fn variance(k: &[f64]) -> f64 {
     let off = |v: f64| -> f64 {
         let e = |(l, k): (usize, &f64)| {

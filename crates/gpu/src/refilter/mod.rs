@@ -1,9 +1,10 @@
-//! Refiltering a changing environment on the GPU: an uploaded image, a sky of another hour, or the scene captured into
-//! a cube becomes a chain of filtered cubes in the layout of the techniques' own tables, and spherical harmonics.
+//! Refiltering a changing environment on the GPU: an uploaded image, a sky of another hour, or the scene
+//! captured into a cube becomes a chain of filtered cubes in the layout of the techniques' own tables, and
+//! spherical harmonics.
 //!
-//! [`Surroundings`] is the light, [`Plan`] the chain and the way to filter it, [`Refilter`] does the work within a
-//! budget and hands finished chains to techniques. [`Follower`] does it for all that a technique says of its data
-//! ([`steradian_technique::AnyBake::light_tables`]):
+//! [`Surroundings`] is the light, [`Plan`] the chain and the way to filter it, [`Refilter`] does the work
+//! within a budget and hands finished chains to techniques. [`Follower`] does it for all that a technique
+//! says of its data ([`steradian_technique::AnyBake::light_tables`]):
 //!
 //! ```no_run
 //! use glam::Mat3;
@@ -26,25 +27,27 @@
 //!
 //! # Ways
 //!
-//! *Convolution.* Mip chains with a handful of importance samples blur by what is at hand; their error is that of the
-//! samples. Here every kernel is a sum of Gaussians, K ≈ Σ_j w_j G_j, each √2 as wide as the one before, and what the sum
-//! misses of the lowest bands (10, or 16 in small cubes) comes from spherical harmonics: GGX is a continuous mixture of
-//! Gaussians, so eight of them and low bands are within a few thousandths ([`Plan::predicted`]; `kernel.rs` fits them in
-//! frequency space, where convolution is a product). G_j is made of G_{j−1} by a Gaussian over every other sample in
-//! reach, weighted by its solid angle; two of them share a cube, and the next two have one of half the size. These
-//! cubes are equiangular (s = tan(πa/4)), so their cells are nearly of one size, and lookup in them is cubic. All
-//! weights depend on angles alone: there are neither seams nor preferred axes. Cost: 70 to 260 texels for a sample of a
+//! *Convolution.* Mip chains with a handful of importance samples blur by what is at hand; their error is
+//! that of the samples. Here every kernel is a sum of Gaussians, K ≈ Σ_j w_j G_j, each √2 as wide as the one
+//! before, and what the sum misses of the lowest bands (10, or 16 in small cubes) comes from spherical
+//! harmonics: GGX is a continuous mixture of Gaussians, so eight of them and low bands are within a few
+//! thousandths ([`Plan::predicted`]; `kernel.rs` fits them in frequency space, where convolution is a
+//! product). G_j is made of G_{j−1} by a Gaussian over every other sample in reach, weighted by its solid
+//! angle; two of them share a cube, and the next two have one of half the size. These cubes are equiangular
+//! (s = tan(πa/4)), so their cells are nearly of one size, and lookup in them is cubic. All weights depend on
+//! angles alone: there are neither seams nor preferred axes. Cost: 70 to 260 texels for a sample of a
 //! Gaussian, 16 for each Gaussian in a sample of the chain, whatever its roughness.
 //!
-//! *Box*, *Paraboloid* and *Frequency* are the simpler and older ways, for comparison and for slow devices: see [`Method`].
+//! *Box*, *Paraboloid* and *Frequency* are the simpler and older ways, for comparison and for slow devices:
+//! see [`Method`].
 //!
-//! Suns and directional lights are never filtered: each adds its kernel, exactly, to every sample. Mirrors take
-//! them as bilinear lookup weighs them.
+//! Suns and directional lights are never filtered: each adds its kernel, exactly, to every sample. Mirrors
+//! take them as bilinear lookup weighs them.
 //!
 //! # Determinism
 //!
-//! A sample is a function of its index alone and sums run in fixed order: steps of any budget end in the same bits as
-//! one pass ([`Refilter::run`]).
+//! A sample is a function of its index alone and sums run in fixed order: steps of any budget end in the same
+//! bits as one pass ([`Refilter::run`]).
 
 mod capture;
 mod follow;
@@ -134,8 +137,8 @@ impl Refilter {
         &self.plan
     }
 
-    /// The light of the next chain. One that is being made is finished first, so that light that changes every frame
-    /// still arrives; of several that wait the last one counts.
+    /// The light of the next chain. One that is being made is finished first, so that light that changes
+    /// every frame still arrives; of several that wait the last one counts.
     pub fn set_light(&mut self, light: Surroundings) {
         self.waiting = Some(light);
     }
@@ -156,8 +159,8 @@ impl Refilter {
         if self.making.is_some() { share } else { 0.0 }
     }
 
-    /// Submits as much of the work as the budget allows, without waiting for the device; `true` where that completed a
-    /// chain, which then takes the place of the one before.
+    /// Submits as much of the work as the budget allows, without waiting for the device; `true` where that
+    /// completed a chain, which then takes the place of the one before.
     pub fn step(&mut self, gpu: &Gpu, budget: Budget) -> Result<bool, GpuError> {
         gpu.device.poll(wgpu::PollType::Poll).map_err(|e| GpuError::Lost(e.to_string()))?;
         self.throughput.collect();
@@ -197,8 +200,8 @@ impl Refilter {
         }
     }
 
-    /// Makes the chain of the light that waits, pass by pass, waiting for each: name, the level that it serves, and
-    /// milliseconds by the device's clock (by the wall's where it has none).
+    /// Makes the chain of the light that waits, pass by pass, waiting for each: name, the level that it
+    /// serves, and milliseconds by the device's clock (by the wall's where it has none).
     pub fn profile(&mut self, gpu: &Gpu) -> Result<Vec<PassTime>, GpuError> {
         if self.making.is_none()
             && let Some(light) = self.waiting.take()
@@ -290,7 +293,8 @@ impl Refilter {
         self.shown.as_ref().ok_or_else(|| GpuError::Scene("no chain has been refiltered yet".into()))
     }
 
-    /// Copies the finished chain's levels into the table `name` of a technique on the device; others stay as they are.
+    /// Copies the finished chain's levels into the table `name` of a technique on the device; others stay as
+    /// they are.
     pub fn deliver(&self, gpu: &Gpu, technique: &TechniqueData, name: &str) -> Result<(), GpuError> {
         self.finished()?;
         let texture = technique.table(name).ok_or_else(|| GpuError::Scene(format!("no table '{name}'")))?;
@@ -319,9 +323,9 @@ impl Refilter {
         })
     }
 
-    /// Writes nᵀMn of E·gain over normals turned by `rotation` (light from d comes from `rotation · d`) into the
-    /// `mat4x4` uniforms `names` of a technique (Ramamoorthi & Hanrahan 2001): E's bands 0 to 2, suns included. A
-    /// technique of Lambert's albedo ρ takes the gain ρ/π.
+    /// Writes nᵀMn of E·gain over normals turned by `rotation` (light from d comes from `rotation · d`) into
+    /// the `mat4x4` uniforms `names` of a technique (Ramamoorthi & Hanrahan 2001): E's bands 0 to 2, suns
+    /// included. A technique of Lambert's albedo ρ takes the gain ρ/π.
     pub fn deliver_irradiance(
         &self,
         gpu: &Gpu,

@@ -10,11 +10,11 @@ use steradian_technique::gpu::{Kernel, LightCube, Shape, Table};
 /// How the light is filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// The level of a box mip chain whose width is nearest to the kernel's (K06): the cheapest and crudest, with the
-    /// seams of its cube.
+    /// The level of a box mip chain whose width is nearest to the kernel's (K06): the cheapest and crudest,
+    /// with the seams of its cube.
     Box,
-    /// Sums of Gaussians of doubling width, each made of the one before over an equiangular cube, and spherical
-    /// harmonics for the lowest bands: within a percent of exact.
+    /// Sums of Gaussians of doubling width, each made of the one before over an equiangular cube, and
+    /// spherical harmonics for the lowest bands: within a percent of exact.
     #[default]
     Convolution,
     /// Two kernels in the plane of dual-paraboloid maps, blended (STAR04 7.4.2).
@@ -34,8 +34,9 @@ pub struct Level {
     pub gain: f32,
 }
 
-/// Levels equally spaced in perceptual roughness from 0 (the light itself) to 1, each half the size of the one
-/// before, at least 16, but no smaller than bilinear lookup of a point's reflection needs to err by about a percent.
+/// Levels equally spaced in perceptual roughness from 0 (the light itself) to 1, each half the size of the
+/// one before, at least 16, but no smaller than bilinear lookup of a point's reflection needs to err by about
+/// a percent.
 pub fn ggx_levels(size: u32, count: usize) -> Vec<Level> {
     let last = count.max(2) - 1;
     let kernel = |k: usize| match k {
@@ -99,7 +100,8 @@ impl Plan {
         Self::placed(way, levels, places, extent)
     }
 
-    /// The levels of a table of `technique` that `cube` says the material looks up, as large as its bake made them.
+    /// The levels of a table of `technique` that `cube` says the material looks up, as large as its bake made
+    /// them.
     pub fn of_table(way: Method, technique: &GpuTechnique, cube: &LightCube) -> Result<Self, GpuError> {
         let (name, kernels) = (cube.table, &cube.levels);
         let table = table(technique, name)?;
@@ -119,8 +121,8 @@ impl Plan {
         Self::placed(way, &levels, places, [table.level.width, table.level.height].map(|n| n as u32))
     }
 
-    /// Gives `technique` an empty table `name` of this chain's sizes, ready for [`super::Refilter::deliver`]: light that
-    /// comes may be sharper than what the technique was baked for.
+    /// Gives `technique` an empty table `name` of this chain's sizes, ready for [`super::Refilter::deliver`]:
+    /// light that comes may be sharper than what the technique was baked for.
     pub fn install(&self, technique: &mut GpuTechnique, name: &str) -> Result<(), GpuError> {
         let slug = technique.slug;
         let found = technique.tables.iter_mut().find(|t| t.name == name);
@@ -174,8 +176,8 @@ impl Plan {
         &self.levels
     }
 
-    /// For each level the relative RMS error that the fit of its kernel causes under light whose bands fall like
-    /// 1/l²; 0 for mirrors, and not known (1) for boxes and paraboloids.
+    /// For each level the relative RMS error that the fit of its kernel causes under light whose bands fall
+    /// like 1/l²; 0 for mirrors, and not known (1) for boxes and paraboloids.
     pub fn predicted(&self) -> &[f64] {
         &self.errors
     }
@@ -308,8 +310,8 @@ impl Plan {
         })
     }
 
-    /// A Gaussian of standard deviation `sigma` over every `stride`th sample of the cube at `from`, which make a cube
-    /// of `read`, on a cube of `n`; where it lies and its bands.
+    /// A Gaussian of standard deviation `sigma` over every `stride`th sample of the cube at `from`, which
+    /// make a cube of `read`, on a cube of `n`; where it lies and its bands.
     fn blur(
         b: &mut Builder,
         [n, read]: [u32; 2],

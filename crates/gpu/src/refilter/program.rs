@@ -140,7 +140,8 @@ pub(super) struct Work {
 pub(super) const QUADRIC: u32 = 256;
 pub(super) const PARTIAL: u32 = QUADRIC + 16;
 
-/// The trapezoid's weights with end corrections by first and second differences (J. Gregory 1670): 3/8, 7/6, 23/24, 1 …
+/// The trapezoid's weights with end corrections by first and second differences (J. Gregory 1670): 3/8, 7/6,
+/// 23/24, 1 …
 const GREGORY: [f64; 3] = [3.0 / 8.0, 7.0 / 6.0, 23.0 / 24.0];
 
 /// Collects jobs, tables and places.
@@ -170,9 +171,10 @@ impl Builder {
         self.work.jobs.push(job);
     }
 
-    /// s = tan(πa/4) of the samples of an equiangular cube, and (1 + s²) times the weight of the sample: factors of
-    /// the solid angle dω = (π/4)² (1+s²)(1+t²)(1+s²+t²)^(−3/2) da db. Lines bend where faces meet, so the weights are
-    /// Gregory's, which integrate a face for itself: the trapezoid's would err by a percent at the corners.
+    /// s = tan(πa/4) of the samples of an equiangular cube, and (1 + s²) times the weight of the sample:
+    /// factors of the solid angle dω = (π/4)² (1+s²)(1+t²)(1+s²+t²)^(−3/2) da db. Lines bend where faces
+    /// meet, so the weights are Gregory's, which integrate a face for itself: the trapezoid's would err by a
+    /// percent at the corners.
     pub fn even_weights(&mut self, n: u32) -> u32 {
         if let Some((_, at)) = self.even.iter().find(|(m, _)| *m == n) {
             return *at;
@@ -188,7 +190,8 @@ impl Builder {
         at
     }
 
-    /// A_lm and B_lm of P_lm = A z P_{l−1,m} − B P_{l−2,m} at l² + l + m, and P_mm (with √2 for m > 0) at l = m.
+    /// A_lm and B_lm of P_lm = A z P_{l−1,m} − B P_{l−2,m} at l² + l + m, and P_mm (with √2 for m > 0) at l =
+    /// m.
     pub fn recurrence(&mut self) -> u32 {
         if let Some(at) = self.recurrence {
             return at;
@@ -215,8 +218,8 @@ impl Builder {
         at
     }
 
-    /// Projection of the equiangular cube at `from`: partial sums of 64 samples, then sums of 32 until one is left,
-    /// times `factors`.
+    /// Projection of the equiangular cube at `from`: partial sums of 64 samples, then sums of 32 until one is
+    /// left, times `factors`.
     pub fn project(&mut self, n: u32, from: u32, bands: usize, factors: &[f64]) {
         const SAMPLES: u32 = 64;
         const FAN: u32 = 32;

@@ -22,8 +22,8 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// Uploads distant light: the environment's image, disks and directional lights. A sky of another hour is another
-    /// call with what [`steradian_light::sky::by_name`] makes.
+    /// Uploads distant light: the environment's image, disks and directional lights. A sky of another hour is
+    /// another call with what [`steradian_light::sky::by_name`] makes.
     pub fn from_lights(gpu: &Gpu, lights: &Lights) -> Result<Self, GpuError> {
         if !lights.points.is_empty() {
             return Err(GpuError::Scene("environment maps have no place for point lights".into()));
@@ -127,8 +127,8 @@ pub(super) fn fits(gpu: &Gpu, size: u64) -> Result<(), GpuError> {
     Ok(())
 }
 
-/// Directions and fluxes whose sum over a kernel that varies over `width` is that over the disk: Gauss–Legendre in the
-/// height 1 − cos θ, in which the area is uniform, and equal steps around.
+/// Directions and fluxes whose sum over a kernel that varies over `width` is that over the disk:
+/// Gauss–Legendre in the height 1 − cos θ, in which the area is uniform, and equal steps around.
 fn points(sun: &SmallLight, width: f64) -> Vec<(DVec3, [f64; 3])> {
     let ratio = sun.radius / width;
     if ratio < 1.0 / 32.0 {

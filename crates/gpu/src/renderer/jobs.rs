@@ -1,6 +1,6 @@
-//! Lists of what there is to shade, for the compute path: threads of a workgroup then shade alike, whereas a thread a
-//! pixel would wait for its neighbours or, on devices that execute both sides of a branch, shade what nobody sees.
-//! One list serves all objects and the backdrop in turn.
+//! Lists of what there is to shade, for the compute path: threads of a workgroup then shade alike, whereas a
+//! thread a pixel would wait for its neighbours or, on devices that execute both sides of a branch, shade
+//! what nobody sees. One list serves all objects and the backdrop in turn.
 
 use super::passes;
 use super::target::Target;

@@ -131,7 +131,8 @@ impl Renderer {
         gpu.settled()
     }
 
-    /// Turns the backdrop and distant direct lights; the techniques' light turns with [`Renderer::update_technique`].
+    /// Turns the backdrop and distant direct lights; the techniques' light turns with
+    /// [`Renderer::update_technique`].
     pub fn set_light_rotation(&mut self, gpu: &Gpu, rotation: Mat3) {
         self.scene.light_rotation = rotation;
         self.direct.write(gpu, &self.scene.direct, rotation);
@@ -178,8 +179,8 @@ impl Renderer {
         gpu.settled()
     }
 
-    /// Replaces an object's technique, after its light, its material or its technique has changed. Pipelines stay
-    /// where the technique's text does.
+    /// Replaces an object's technique, after its light, its material or its technique has changed. Pipelines
+    /// stay where the technique's text does.
     pub fn set_technique(
         &mut self,
         gpu: &Gpu,

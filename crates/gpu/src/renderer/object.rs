@@ -71,8 +71,8 @@ impl Placed {
         gpu.queue.write_buffer(&self.uniforms, 0, &self.counts.uniforms(transform));
     }
 
-    /// Replaces the data of the technique `old` by those of `object`, whose technique has changed; `true` where pipelines
-    /// must be made anew.
+    /// Replaces the data of the technique `old` by those of `object`, whose technique has changed; `true`
+    /// where pipelines must be made anew.
     pub fn set_technique(
         &mut self,
         gpu: &Gpu,

@@ -1,10 +1,11 @@
 //! Shadow volumes: what each light reaches at every sample, drawn before surfaces are shaded.
 //!
-//! Counted behind what is seen (z-fail: Bilodeau & Songy; Carmack 2000), with boundaries that reach infinitely far under a projection
-//! that does so too (Everitt & Kilgard 2002, *Practical and Robust Stenciled Shadow Volumes*), so that neither the near nor the far
-//! plane cuts any off. Counts are added up in a float target in place of a stencil (after Röttger, Irion & Ertl 2002, *Shadow Volumes
-//! Revisited*): they need no depth format that adapters may lack, do not wrap round at 256, and take sides that bound several prisms
-//! at once, as edges of open meshes and of more than two triangles do.
+//! Counted behind what is seen (z-fail: Bilodeau & Songy; Carmack 2000), with boundaries that reach
+//! infinitely far under a projection that does so too (Everitt & Kilgard 2002, *Practical and Robust
+//! Stenciled Shadow Volumes*), so that neither the near nor the far plane cuts any off. Counts are added up
+//! in a float target in place of a stencil (after Röttger, Irion & Ertl 2002, *Shadow Volumes Revisited*):
+//! they need no depth format that adapters may lack, do not wrap round at 256, and take sides that bound
+//! several prisms at once, as edges of open meshes and of more than two triangles do.
 
 use super::object::Placed;
 use super::passes::{self, Passes};
@@ -144,7 +145,8 @@ impl Volumes {
         }
     }
 
-    /// Draws them, behind what other passes have written to the depth of `target`, or this one has of `objects`.
+    /// Draws them, behind what other passes have written to the depth of `target`, or this one has of
+    /// `objects`.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,

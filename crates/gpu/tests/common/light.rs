@@ -33,8 +33,8 @@ pub fn tree(lights: &Lights) -> Tree {
     Tree::new(lights.environment.as_ref().map(|e| &e.image), &suns, &Task::quiet()).expect("nobody cancels")
 }
 
-/// RMS difference between samples of `cube`, at most `most` of them evenly chosen, and the exact filter, relative to
-/// the exact RMS; samples count by their solid angle.
+/// RMS difference between samples of `cube`, at most `most` of them evenly chosen, and the exact filter,
+/// relative to the exact RMS; samples count by their solid angle.
 pub fn error(cube: &EdgeCube, level: &Level, tree: &Tree, most: usize) -> Option<f64> {
     let kernel = level.kernel.zonal()?;
     let n = cube.size();

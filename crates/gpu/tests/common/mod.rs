@@ -21,10 +21,12 @@ pub fn gpu() -> Result<&'static Gpu, GpuError> {
     GPU.get_or_init(Gpu::open).as_ref().map_err(Clone::clone)
 }
 
-/// Runs this program again without the optimisation of shaders by Mesa's software Vulkan, and ends as that does.
+/// Runs this program again without the optimisation of shaders by Mesa's software Vulkan, and ends as that
+/// does.
 ///
-/// Tests that run hundreds of shaders once each spend most of their time in it: with it left out, techniques beside their twins
-/// take 270 processor seconds in place of 428, maps 67 for 107, reflectances 32 for 97. Programs that draw much gain nothing.
+/// Tests that run hundreds of shaders once each spend most of their time in it: with it left out, techniques
+/// beside their twins take 270 processor seconds in place of 428, maps 67 for 107, reflectances 32 for 97.
+/// Programs that draw much gain nothing.
 pub fn with_unoptimised_shaders() {
     const OPTIONS: &str = "GALLIVM_PERF";
     if std::env::var_os(OPTIONS).is_some() {

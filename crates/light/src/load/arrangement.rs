@@ -77,8 +77,8 @@ impl Arrangement {
         }
     }
 
-    /// The size of a face from what a user wrote: a single number is a side, and of a lat-long image the width. Faces of
-    /// the other layouts are square.
+    /// The size of a face from what a user wrote: a single number is a side, and of a lat-long image the
+    /// width. Faces of the other layouts are square.
     pub fn side(self, (w, h): (usize, usize)) -> Result<(usize, usize), String> {
         match self {
             Self::LatLong if w == h => Ok((w, (w / 2).max(1))),

@@ -126,8 +126,9 @@ pub struct LoadOptions {
     /// The arrangement. Where `None`: what the file records (`steradian.layout`, OpenEXR's `envmap`), else by
     /// aspect ratio.
     pub layout: Option<FileLayout>,
-    /// Whose convention. Where `None`: ours, but OpenEXR's for an EXR with an `envmap` attribute and Debevec's for
-    /// an angular map; files that Steradian wrote say so in their metadata, with the profile that they were written for.
+    /// Whose convention. Where `None`: ours, but OpenEXR's for an EXR with an `envmap` attribute and
+    /// Debevec's for an angular map; files that Steradian wrote say so in their metadata, with the profile
+    /// that they were written for.
     pub profile: Option<&'static Profile>,
     /// Negative texels.
     pub negative: Negative,
@@ -156,8 +157,8 @@ pub struct Report {
     pub most_negative: f32,
     /// Whether they were set to 0.
     pub negative_zeroed: bool,
-    /// The file's own samples (after [`LoadOptions::negative`]), where the profile's convention made the image by
-    /// interpolating them; `None` where the image holds the samples themselves.
+    /// The file's own samples (after [`LoadOptions::negative`]), where the profile's convention made the
+    /// image by interpolating them; `None` where the image holds the samples themselves.
     pub samples: Option<Samples>,
     /// Warnings, one line each.
     pub warnings: Vec<String>,
@@ -216,9 +217,9 @@ pub fn latlong_size(layout: Layout, width: usize, height: usize) -> (usize, usiz
     }
 }
 
-/// Loads an environment. `path` names a file, or holds `{}` in its file name for the parts: `px nx py ny pz nz`,
-/// `posx negx …`, `right left top bottom front back` (all +X −X +Y −Y +Z −Z), or `front back` for a pair of
-/// paraboloids.
+/// Loads an environment. `path` names a file, or holds `{}` in its file name for the parts:
+/// `px nx py ny pz nz`, `posx negx …`, `right left top bottom front back` (all +X −X +Y −Y +Z −Z), or
+/// `front back` for a pair of paraboloids.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LightError> {
     load_files(&parts(path)?, options)
 }
@@ -411,8 +412,8 @@ impl Report {
     }
 }
 
-/// The files that `path` means to [`load`]: itself, or where its name holds `{}` and no file has that name, the first set
-/// of parts of which every file exists.
+/// The files that `path` means to [`load`]: itself, or where its name holds `{}` and no file has that name,
+/// the first set of parts of which every file exists.
 pub fn parts(path: &Path) -> Result<Vec<PathBuf>, LightError> {
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     if !name.contains("{}") || path.exists() {

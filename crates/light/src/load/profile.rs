@@ -193,10 +193,10 @@ impl Profile {
         &PROFILES[1]
     }
 
-    /// Turns pixels in the tool's convention into an image over our world. Untouched (moved, not copied) where
-    /// the conventions agree; texels that only change places keep their values; where they come to lie between
-    /// texels, light that is nowhere negative stays so (bilinear, and in border-centred faces bicubic where
-    /// neighbours differ little). Only paraboloids with overscan are bicubic throughout.
+    /// Turns pixels in the tool's convention into an image over our world. Untouched (moved, not copied)
+    /// where the conventions agree; texels that only change places keep their values; where they come to lie
+    /// between texels, light that is nowhere negative stays so (bilinear, and in border-centred faces bicubic
+    /// where neighbours differ little). Only paraboloids with overscan are bicubic throughout.
     pub fn import(&self, mut image: SphereImage) -> SphereImage {
         if self.lattice && image.layout == Layout::AngularMap {
             image.layout = Layout::AngularLattice;
@@ -215,8 +215,9 @@ impl Profile {
         SphereImage::from_fn(layout, w, h, |d| moved(&image, axes * d))
     }
 
-    /// The reverse of [`Self::import`] for tools whose texels lie at the centres of cells: an image over our world as
-    /// the tool's file holds it. Texels change places only (of a lat-long image where its width is a multiple of four).
+    /// The reverse of [`Self::import`] for tools whose texels lie at the centres of cells: an image over our
+    /// world as the tool's file holds it. Texels change places only (of a lat-long image where its width is a
+    /// multiple of four).
     pub fn export(&self, image: &SphereImage) -> SphereImage {
         let (layout, w, h) = (image.layout, image.width, image.height);
         let (axes, slots) = match layout {

@@ -1,10 +1,11 @@
 //! Resampling within each face by a scale and a shift per axis, borders repeated.
 //!
-//! With [`Kernel::Limited`]: Catmull–Rom where the 4 × 4 texels around differ by less than a factor of two, bilinear where they differ by
-//! more than four (beside lights, and where anything is zero or negative), a blend between: negative weights never
-//! make negative light of light that is not. A bright texel keeps its energy to the change of pitch: its bilinear
-//! weights over a step of s texels sum to 1/s within 1 − s, the step of n texels on n − 1 intervals being
-//! 1 − 1/n; so the energy of a single texel is kept to about 2/n, that of wider lights better.
+//! With [`Kernel::Limited`]: Catmull–Rom where the 4 × 4 texels around differ by less than a factor of two,
+//! bilinear where they differ by more than four (beside lights, and where anything is zero or negative), a
+//! blend between: negative weights never make negative light of light that is not. A bright texel keeps its
+//! energy to the change of pitch: its bilinear weights over a step of s texels sum to 1/s within 1 − s, the
+//! step of n texels on n − 1 intervals being 1 − 1/n; so the energy of a single texel is kept to about 2/n,
+//! that of wider lights better.
 
 use steradian_parallel::prelude::*;
 use steradian_sphere::SphereImage;

@@ -19,8 +19,9 @@ const FORM: (&str, &str) = ("steradian.probes", "1");
 const BANDS: &str = "steradian.probes.bands";
 
 impl Probes {
-    /// As tensors: `sh` (probes, 3, bands²), zeros inside solids; `outside` (probes), 1 or 0; of a grid `bounds` (2, 3) and
-    /// `size` (3), else `positions` (probes, 3); where there are images, `image` (probes, 3, height, width).
+    /// As tensors: `sh` (probes, 3, bands²), zeros inside solids; `outside` (probes), 1 or 0; of a grid
+    /// `bounds` (2, 3) and `size` (3), else `positions` (probes, 3); where there are images, `image` (probes,
+    /// 3, height, width).
     pub fn tensors(&self) -> TensorFile {
         let bands = self.bands().max(1);
         let (n, count) = (self.light.len(), bands * bands);

@@ -1,5 +1,6 @@
-//! Incident light that varies over space: captured at points of a scene, interpolated between them (Kautz, Sloan & Snyder
-//! 2002, *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics*, section 4).
+//! Incident light that varies over space: captured at points of a scene, interpolated between them (Kautz,
+//! Sloan & Snyder 2002, *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics*,
+//! section 4).
 
 mod file;
 mod weights;
@@ -78,13 +79,14 @@ impl Places {
 }
 
 impl Probe {
-    /// The light as an environment: the image, or one of 16 × 8 texels a band (64 × 32 at least), with harmonics added so
-    /// that those of its texels, constant over their cells, are the probe's.
+    /// The light as an environment: the image, or one of 16 × 8 texels a band (64 × 32 at least), with
+    /// harmonics added so that those of its texels, constant over their cells, are the probe's.
     pub fn environment(&self) -> Environment {
         let height = 32.max(8 * (self.sh.order + 1));
         let blank = || SphereImage::new(Layout::LatLong, 2 * height, height);
         let mut image = self.image.clone().unwrap_or_else(blank);
-        // What a cell averages away is a small part of a band: each turn leaves that part of what was missing.
+        // What a cell averages away is a small part of a band: each turn leaves that part of what was
+        // missing.
         for _ in 0..5 {
             let mut missing = sh::project(&image, self.sh.order);
             let pairs = missing.c.iter_mut().flatten().zip(self.sh.c.iter().flatten());
@@ -129,8 +131,8 @@ impl Probes {
         Some((image.width, image.height))
     }
 
-    /// Coefficients of incident light at `p`: the sum over [`Probes::weights`]. `None` where p is not finite or no probe is
-    /// outside solids.
+    /// Coefficients of incident light at `p`: the sum over [`Probes::weights`]. `None` where p is not finite
+    /// or no probe is outside solids.
     pub fn at(&self, p: DVec3) -> Option<ShRgb> {
         let weights = self.weights(p);
         let mut out: Option<ShRgb> = None;

@@ -6,8 +6,8 @@ use glam::{DVec3, UVec3};
 /// Probes anywhere of which a point takes the nearest so many.
 const NEAREST: usize = 8;
 
-/// Along one axis of a grid: the cell that holds a coordinate, and the part of it that lies before the coordinate. Beyond the
-/// ends it is that of the end.
+/// Along one axis of a grid: the cell that holds a coordinate, and the part of it that lies before the
+/// coordinate. Beyond the ends it is that of the end.
 fn cell(x: f64, [lo, hi]: [f64; 2], n: usize) -> Option<(usize, f64)> {
     let x = if n <= 1 || hi <= lo { 0.0 } else { (x - lo) / (hi - lo) * (n - 1) as f64 };
     if !x.is_finite() {
@@ -19,13 +19,14 @@ fn cell(x: f64, [lo, hi]: [f64; 2], n: usize) -> Option<(usize, f64)> {
 }
 
 impl Probes {
-    /// The probes whose light a point gets, with weights that sum to 1; none where p is not finite or all probes are inside
-    /// solids.
+    /// The probes whose light a point gets, with weights that sum to 1; none where p is not finite or all
+    /// probes are inside solids.
     ///
-    /// In a grid the eight of its cell, trilinear, of which those inside solids are left out and the weights of the others
-    /// renormalised; outside the grid those of its nearest point; where all eight are inside solids the probe that is not and
-    /// lies nearest to the nearest of them. Of probes anywhere the eight nearest, weighted by ((R − d) / (R d))², d being their distances and R that of the
-    /// ninth (Franke & Nielson 1980, after Shepard 1968; 1/d² where there is none), which is continuous.
+    /// In a grid the eight of its cell, trilinear, of which those inside solids are left out and the weights
+    /// of the others renormalised; outside the grid those of its nearest point; where all eight are inside
+    /// solids the probe that is not and lies nearest to the nearest of them. Of probes anywhere the eight
+    /// nearest, weighted by ((R − d) / (R d))², d being their distances and R that of the ninth (Franke &
+    /// Nielson 1980, after Shepard 1968; 1/d² where there is none), which is continuous.
     pub fn weights(&self, p: DVec3) -> Vec<(usize, f64)> {
         if !p.is_finite() {
             return Vec::new();

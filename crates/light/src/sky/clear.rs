@@ -36,8 +36,8 @@ struct Atmosphere {
 }
 
 impl Atmosphere {
-    /// That of the last sky again where it is the same: a sun that moves asks for the same many times a second, and it is four
-    /// fifths of what a sky of 256 × 128 texels takes.
+    /// That of the last sky again where it is the same: a sun that moves asks for the same many times a
+    /// second, and it is four fifths of what a sky of 256 × 128 texels takes.
     fn of(turbidity: f64, albedo: f64) -> Arc<Self> {
         static LAST: Mutex<Option<Arc<Atmosphere>>> = Mutex::new(None);
         let same = |a: &Arc<Self>| a.turbidity == turbidity && a.albedo == albedo;

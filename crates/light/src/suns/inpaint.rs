@@ -7,8 +7,8 @@ use steradian_sphere::SphereImage;
 const SWEEPS: usize = 2000;
 const SETTLED: f64 = 1e-6;
 
-/// Replaces `texels` by the function that solves Laplace's equation with the texels around as its rim, where that is
-/// darker than what was there. What was taken away, per channel.
+/// Replaces `texels` by the function that solves Laplace's equation with the texels around as its rim, where
+/// that is darker than what was there. What was taken away, per channel.
 pub fn take(image: &mut SphereImage, grid: &Grid, texels: &[usize]) -> [Moments; 3] {
     let mut place = std::collections::HashMap::new();
     place.extend(texels.iter().enumerate().map(|(i, &k)| (k, i)));

@@ -1,15 +1,17 @@
 //! Taking suns and lamps out of an image: a sunless image and disk lights that together hold the same light.
 //!
-//! A sun is a small, round, connected region that is far brighter than what lies around it and holds a part of the
-//! whole flux (`region`). Its texels are replaced by a harmonic function of those around it (`inpaint`); the light
-//! taken away becomes a disk of constant radiance with the same flux and the same vector flux ∫ L ω dω, which fixes
-//! direction, irradiance and radius: over a disk the mean cosine is (1 + cos ρ)/2. So everything that depends on the
-//! light's zeroth and first moment, such as the irradiance of a surface that faces it, is unchanged.
+//! A sun is a small, round, connected region that is far brighter than what lies around it and holds a part
+//! of the whole flux (`region`). Its texels are replaced by a harmonic function of those around it
+//! (`inpaint`); the light taken away becomes a disk of constant radiance with the same flux and the same
+//! vector flux ∫ L ω dω, which fixes direction, irradiance and radius: over a disk the mean cosine is (1 +
+//! cos ρ)/2. So everything that depends on the light's zeroth and first moment, such as the irradiance of a
+//! surface that faces it, is unchanged.
 //!
-//! The channels of one sun differ by fractions of a texel in direction and in radius. What the one disk cannot hold of
-//! that goes back into the image as a factor 1 + a₀ + a·ω per channel, far below a per cent in daylight, so that flux
-//! and vector flux of every channel are those of the original to rounding. Where the rest of the image is too dark for
-//! that, each channel gets a disk of its own, which is exact without any factor.
+//! The channels of one sun differ by fractions of a texel in direction and in radius. What the one disk
+//! cannot hold of that goes back into the image as a factor 1 + a₀ + a·ω per channel, far below a per cent in
+//! daylight, so that flux and vector flux of every channel are those of the original to rounding. Where the
+//! rest of the image is too dark for that, each channel gets a disk of its own, which is exact without any
+//! factor.
 
 mod inpaint;
 mod moments;
@@ -68,8 +70,8 @@ pub fn luminance(v: [f64; 3]) -> f64 {
     0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2]
 }
 
-/// Splits a lat-long image into a sunless one and disk lights. Other layouts are resampled first. No suns: the image
-/// as it is.
+/// Splits a lat-long image into a sunless one and disk lights. Other layouts are resampled first. No suns:
+/// the image as it is.
 pub fn extract(image: &SphereImage, options: &SunOptions) -> Extraction {
     if image.layout != Layout::LatLong {
         let (w, h) = crate::load::latlong_size(image.layout, image.width, image.height);

@@ -146,8 +146,8 @@ impl Grid {
         all
     }
 
-    /// Multiplies each channel by 1 + a₀ + a·ω, so that its moments become `wanted`, to single precision twice. The
-    /// largest such change; `None`, and the image as it was, where one would exceed `most`.
+    /// Multiplies each channel by 1 + a₀ + a·ω, so that its moments become `wanted`, to single precision
+    /// twice. The largest such change; `None`, and the image as it was, where one would exceed `most`.
     pub fn restore(&self, image: &mut SphereImage, wanted: &[Moments; 3], most: f64) -> Option<f64> {
         let mut largest: f64 = 0.0;
         let mut planes = image.planes.clone();
@@ -169,7 +169,8 @@ impl Grid {
         Some(largest)
     }
 
-    /// a₀ and a: the moments of L (a₀ + a·ω) are what is missing. A black channel that misses nothing takes 0.
+    /// a₀ and a: the moments of L (a₀ + a·ω) are what is missing. A black channel that misses nothing
+    /// takes 0.
     fn factor(&self, plane: &[f32], wanted: &Moments) -> Option<[f64; 4]> {
         let mut m = [[0.0; 4]; 4];
         let mut now = Moments::default();

@@ -95,7 +95,8 @@ impl Search<'_> {
         (v - reach).max(0.0) as usize..((v + reach).min(h - 1.0) as usize + 1)
     }
 
-    /// The region about `seed` with its flux, or `None` where it is none of a sun. What was looked at is seen.
+    /// The region about `seed` with its flux, or `None` where it is none of a sun. What was looked at is
+    /// seen.
     fn grow(&mut self, seed: usize) -> Option<(f64, Vec<usize>)> {
         let peak = self.grid.direction(seed);
         let around = self.surroundings(peak);

@@ -9,14 +9,15 @@ use steradian_base::Task;
 use steradian_light::{Environment, Lights, load, sky};
 use steradian_prefilter::{Sampled, Zonal};
 
-/// Time of this thread on the processor so far in ns, where the system tells; it lags by up to a few milliseconds.
+/// Time of this thread on the processor so far in ns, where the system tells; it lags by up to a few
+/// milliseconds.
 fn on_cpu() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     text.split_whitespace().next()?.parse().ok()
 }
 
-/// Time of one run on this thread's processor, seconds: the least mean of three batches of 30 ms or more. Where the system
-/// does not tell, time by the clock.
+/// Time of one run on this thread's processor, seconds: the least mean of three batches of 30 ms or more.
+/// Where the system does not tell, time by the clock.
 pub fn seconds<R>(mut f: impl FnMut() -> R) -> f64 {
     let now = Instant::now();
     let clock = || on_cpu().unwrap_or_else(|| now.elapsed().as_secs_f64() * 1e9);

@@ -1,5 +1,5 @@
-//! The angular filter: the convolution integral by direct summation, direction by direction. Exact for kernels
-//! of any sharpness; the frequency filter is faster where it suffices.
+//! The angular filter: the convolution integral by direct summation, direction by direction. Exact for
+//! kernels of any sharpness; the frequency filter is faster where it suffices.
 
 use crate::{Tree, Zonal};
 use glam::DVec3;
@@ -16,7 +16,8 @@ pub const ERROR: f64 = 1e-3;
 pub fn convolve_at(tree: &Tree, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     let (width, support) = (kernel.width(), kernel.support());
     let scale = |c: DVec3, radius: f64| {
-        // The chord is at most the angle; a node is dark to the kernel where even its nearest point is beyond.
+        // The chord is at most the angle; a node is dark to the kernel where even its nearest point is
+        // beyond.
         let angle = angle(0.5 * d.distance(c));
         // Tails fall like θ⁻⁴: they vary over a fraction of θ.
         if angle - 1.6 * radius > support { f64::INFINITY } else { PIECE * (0.5 * angle).max(width) }
@@ -24,8 +25,8 @@ pub fn convolve_at(tree: &Tree, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     tree.integrate(scale, |wi| [kernel.value(d.dot(wi)); 3])
 }
 
-/// The angle, radians, whose half has sine `y`, to within 4e-4: what decides how much of a light is taken together needs
-/// no more.
+/// The angle, radians, whose half has sine `y`, to within 4e-4: what decides how much of a light is taken
+/// together needs no more.
 #[inline]
 pub fn angle(y: f64) -> f64 {
     if y < 0.5 {

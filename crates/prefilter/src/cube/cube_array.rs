@@ -1,5 +1,5 @@
-//! One light, many kernels: an array of cubes from one spectrum, as three-dimensional prefiltered maps need them (Kautz &
-//! McCool 2000; Kautz, Vázquez, Heidrich & Seidel 2000).
+//! One light, many kernels: an array of cubes from one spectrum, as three-dimensional prefiltered maps need
+//! them (Kautz & McCool 2000; Kautz, Vázquez, Heidrich & Seidel 2000).
 
 use super::edge_cube::{self, EdgeCube};
 use crate::Source;
@@ -21,9 +21,9 @@ pub struct CubeArray {
     pub clipped: f64,
 }
 
-/// ∫ L(wi) K_j(d·wi) dwi over d for every kernel j, given by its coefficients k_0 … k_F; F is at most the source's
-/// order. Small lights are part of the spectrum: kernels that bands up to F hold do not ring about them. Negative sums
-/// are set to zero where the light has none.
+/// ∫ L(wi) K_j(d·wi) dwi over d for every kernel j, given by its coefficients k_0 … k_F; F is at most the
+/// source's order. Small lights are part of the spectrum: kernels that bands up to F hold do not ring about
+/// them. Negative sums are set to zero where the light has none.
 pub fn cube_array(
     source: &Source,
     kernels: &[Vec<f64>],

@@ -1,9 +1,9 @@
 //! Cube maps whose outer texels lie on the edges of the cube.
 //!
-//! Face coordinates run from −1 to 1 over `size` intervals, with a sample at both ends: neighbouring faces share
-//! the samples of their edge, so bilinear lookup is continuous over the whole sphere, reads one face only and
-//! needs no border. (Kautz's course notes 2006 show the seams of the ordinary layout.) Faces are in the Khronos
-//! order and orientation.
+//! Face coordinates run from −1 to 1 over `size` intervals, with a sample at both ends: neighbouring faces
+//! share the samples of their edge, so bilinear lookup is continuous over the whole sphere, reads one face
+//! only and needs no border. (Kautz's course notes 2006 show the seams of the ordinary layout.) Faces are in
+//! the Khronos order and orientation.
 
 use crate::SmallLight;
 use glam::DVec3;
@@ -24,8 +24,8 @@ pub fn spacing(size: usize) -> f64 {
     (4.0 * std::f64::consts::PI / 6.0).sqrt() / size as f64
 }
 
-/// A sample as a point of the integer lattice −size … size on the surface of the cube; samples that faces share
-/// are the same point.
+/// A sample as a point of the integer lattice −size … size on the surface of the cube; samples that faces
+/// share are the same point.
 type Lattice = [i64; 3];
 
 fn lattice(size: usize, face: usize, i: usize, j: usize) -> Lattice {
@@ -81,7 +81,8 @@ fn solid_angle(size: usize, p: Lattice) -> f64 {
     sum
 }
 
-/// Face and face coordinates in [0, 1] of a direction of any length; `shade.wgsl` modules get the same function.
+/// Face and face coordinates in [0, 1] of a direction of any length; `shade.wgsl` modules get the same
+/// function.
 #[inline(always)]
 pub fn face_position(d: [f32; 3]) -> (usize, f32, f32) {
     let [x, y, z] = d;
@@ -127,8 +128,8 @@ impl EdgeCube {
         Ok(Self { size, texels: rows.concat() })
     }
 
-    /// Each sample is the mean of `image` over the quadrilateral that it stands for: the four half-size texels
-    /// that meet at it (of two faces on an edge, of three at a corner).
+    /// Each sample is the mean of `image` over the quadrilateral that it stands for: the four half-size
+    /// texels that meet at it (of two faces on an edge, of three at a corner).
     pub fn from_image(image: &SphereImage, size: usize) -> Self {
         let size = size.max(1);
         let fine = image.resample(Layout::Cube, 2 * size, 2 * size);

@@ -1,8 +1,8 @@
 //! The filter: light convolved with a zonal kernel, as a cube map, to a tolerance.
 //!
-//! In frequency space (Ramamoorthi & Hanrahan 2002, 5.4): coefficients of the light times those of the kernel,
-//! then synthesis; small bright lights are added exactly, direction by direction. Where the order that the
-//! tolerance needs is beyond the spectrum, direction by direction as a whole ([`crate::angular`]).
+//! In frequency space (Ramamoorthi & Hanrahan 2002, 5.4): coefficients of the light times those of the
+//! kernel, then synthesis; small bright lights are added exactly, direction by direction. Where the order
+//! that the tolerance needs is beyond the spectrum, direction by direction as a whole ([`crate::angular`]).
 
 use super::edge_cube::{self, EdgeCube};
 use crate::image::{Row, at_points};
@@ -48,8 +48,8 @@ pub struct Filtered {
     pub clipped: f64,
 }
 
-/// Convolves `source` with `kernel` to relative RMS error `tolerance`. The angular way needs `tree` and is taken
-/// only where the tolerance needs it and it is the better one.
+/// Convolves `source` with `kernel` to relative RMS error `tolerance`. The angular way needs `tree` and is
+/// taken only where the tolerance needs it and it is the better one.
 pub fn filter(
     source: &Source,
     tree: &Tree,
@@ -61,10 +61,10 @@ pub fn filter(
     filter_within(source, tree, kernel, (size, usize::MAX), tolerance, task)
 }
 
-/// [`filter`] with at most `direct` directions summed one by one, each of which may take milliseconds (a kernel of a narrow
-/// peak and a wide foot visits ten thousand parts of the light). Where the angular way is wanted, the map has no more
-/// texels than that; where so few would lose more by interpolation than the bands beyond the spectrum hold, the spectrum
-/// is taken as far as it goes.
+/// [`filter`] with at most `direct` directions summed one by one, each of which may take milliseconds (a
+/// kernel of a narrow peak and a wide foot visits ten thousand parts of the light). Where the angular way is
+/// wanted, the map has no more texels than that; where so few would lose more by interpolation than the bands
+/// beyond the spectrum hold, the spectrum is taken as far as it goes.
 pub fn filter_within(
     source: &Source,
     tree: &Tree,
@@ -106,8 +106,8 @@ pub fn filter_within(
 
 /// The smallest order whose tail bound is at most `tolerance` (or the whole spectrum), and that bound.
 ///
-/// What bands above F hold is at most max_{l>F} |k_l|² · (∫base² − Σ_{l≤F} base_l²) (Ramamoorthi & Hanrahan 2002,
-/// eq. 5.19 in spirit); it is compared with the energy of the result.
+/// What bands above F hold is at most max_{l>F} |k_l|² · (∫base² − Σ_{l≤F} base_l²) (Ramamoorthi & Hanrahan
+/// 2002, eq. 5.19 in spirit); it is compared with the energy of the result.
 fn order(source: &Source, k: &[f64], tolerance: f64) -> (usize, f64) {
     let top = source.order();
     let result: f64 = (0..=top).map(|l| k[l] * k[l] * source.bands[l]).sum();
@@ -140,8 +140,8 @@ fn band(sh: &ShRgb, l: usize) -> f64 {
 
 /// Cube size, and the relative RMS error of bilinear lookup that it gives.
 ///
-/// Linear interpolation of a wave of wavenumber l over spacing h has RMS error (l h)²/√120 of the wave's (from
-/// e(x) = ½ x(h − x) l², mean square h⁴/120), and no more than about 1.
+/// Linear interpolation of a wave of wavenumber l over spacing h has RMS error (l h)²/√120 of the wave's
+/// (from e(x) = ½ x(h − x) l², mean square h⁴/120), and no more than about 1.
 fn resolution(source: &Source, k: &[f64], size: Size, tolerance: f64) -> (usize, f64) {
     let energy: Vec<f64> = source.bands.iter().zip(k).map(|(b, k)| b * k * k).collect();
     let all: f64 = energy.iter().sum();
@@ -163,8 +163,8 @@ fn resolution(source: &Source, k: &[f64], size: Size, tolerance: f64) -> (usize,
     }
 }
 
-/// The source's bands times those of a kernel on a cube, clipped at zero if asked, and the flux that clipping added
-/// (relative).
+/// The source's bands times those of a kernel on a cube, clipped at zero if asked, and the flux that clipping
+/// added (relative).
 fn synthesized(source: &Source, k: &[f64], size: usize, clip: bool) -> (EdgeCube, f64) {
     let n = size + 1;
     let direction = |i: usize| edge_cube::direction(size, i / (n * n), i % n, i / n % n);
@@ -242,8 +242,8 @@ mod tests {
     use crate::Lobe;
     use steradian_sphere::{Layout, SphereImage};
 
-    /// Light of eight texels round the equator and a lobe far narrower than its bands: direction by direction as long as
-    /// there are few enough of them, and else as far as the spectrum goes.
+    /// Light of eight texels round the equator and a lobe far narrower than its bands: direction by direction
+    /// as long as there are few enough of them, and else as far as the spectrum goes.
     #[test]
     fn sums_direction_by_direction_have_a_bound() {
         let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |d| {

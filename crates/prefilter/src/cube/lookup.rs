@@ -1,9 +1,10 @@
-//! Lookups in cubes side by side: where many directions lie, by arithmetic that compilers make vectors of, without a branch;
-//! then each its four texels.
+//! Lookups in cubes side by side: where many directions lie, by arithmetic that compilers make vectors of,
+//! without a branch; then each its four texels.
 
 use super::EdgeCube;
 
-/// Faces and face coordinates of `N` directions, as [`super::edge_cube::face_position`] gives them one by one.
+/// Faces and face coordinates of `N` directions, as [`super::edge_cube::face_position`] gives them one by
+/// one.
 #[derive(Debug, Clone, Copy)]
 pub struct Places<const N: usize> {
     face: [i32; N],
@@ -11,7 +12,8 @@ pub struct Places<const N: usize> {
     t: [f32; N],
 }
 
-/// The cell of each place in cubes of some sizes: number of its first texel, and the place within it in 0 … 1.
+/// The cell of each place in cubes of some sizes: number of its first texel, and the place within it in 0
+/// … 1.
 #[derive(Debug, Clone, Copy)]
 pub struct Cells<const N: usize> {
     first: [i32; N],

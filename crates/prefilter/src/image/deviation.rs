@@ -10,9 +10,9 @@ use steradian_sphere::SphereImage;
 /// How far an image is from the sum over all texels, at some of its texels.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
-    /// RMS of the error at the texels compared, over the RMS of the whole image: in an image of a few lamps most texels
-    /// are dark, and an error there counts for what it is. Where the light's image was too large and was reduced, with an
-    /// estimate of what that changes.
+    /// RMS of the error at the texels compared, over the RMS of the whole image: in an image of a few lamps
+    /// most texels are dark, and an error there counts for what it is. Where the light's image was too large
+    /// and was reduced, with an estimate of what that changes.
     pub rms: f64,
     /// Mean error at the texels compared, over the mean of the whole image.
     pub bias: f64,
@@ -22,17 +22,17 @@ pub struct Deviation {
     pub texels: usize,
 }
 
-/// A texel that is compared: its direction, its value, and how many of the image's texels it stands for, over their
-/// number.
+/// A texel that is compared: its direction, its value, and how many of the image's texels it stands for, over
+/// their number.
 struct Pick {
     direction: DVec3,
     value: [f64; 3],
     share: f64,
 }
 
-/// Compares `n` texels with the integral over all texels of the light. A third of them is spread evenly, a third goes by
-/// the texels' values and a third by their squares: errors are largest where the map is bright, around a sun, and few
-/// texels are there.
+/// Compares `n` texels with the integral over all texels of the light. A third of them is spread evenly, a
+/// third goes by the texels' values and a third by their squares: errors are largest where the map is bright,
+/// around a sun, and few texels are there.
 pub fn deviation(light: &Sampled, kernel: &dyn Zonal, image: &SphereImage, n: usize) -> Deviation {
     let sums = TexelSums::new(&light.image);
     let compare = |scratch: &mut Scratch, p: &Pick| {
@@ -139,8 +139,8 @@ mod tests {
         }
     }
 
-    /// What is stated from some texels is the error of all, where the light is a small sun, stripes or night: never much
-    /// less.
+    /// What is stated from some texels is the error of all, where the light is a small sun, stripes or night:
+    /// never much less.
     #[test]
     fn what_is_stated_is_the_error_of_all_texels() {
         let sun = DVec3::new(0.3, 0.6, -0.5).normalize();

@@ -1,9 +1,10 @@
 //! Filtered images: light convolved with a kernel, evaluated at the texel centres of any layout.
 //!
-//! Nothing is resampled from another filtered map. In frequency space (Ramamoorthi & Hanrahan 2002, 5.4) where the
-//! analysis has all bands that the kernel passes; for sharper kernels, and where it costs less, only what lies far from
-//! each direction, and the texels near it are summed ([`ImageMethod::Near`]). The brightest texels are summed exactly where
-//! the series would ring. Where neither is sure to meet the tolerance all texels are summed, if they are few.
+//! Nothing is resampled from another filtered map. In frequency space (Ramamoorthi & Hanrahan 2002, 5.4)
+//! where the analysis has all bands that the kernel passes; for sharper kernels, and where it costs less,
+//! only what lies far from each direction, and the texels near it are summed ([`ImageMethod::Near`]). The
+//! brightest texels are summed exactly where the series would ring. Where neither is sure to meet the
+//! tolerance all texels are summed, if they are few.
 
 use super::measure::finish;
 use super::plan::{self, Frequency, Near, Plan};

@@ -34,8 +34,8 @@ impl Areas {
     }
 }
 
-/// Solid angles of a cube's texels: differences of atan(xy/√(1 + x² + y²)), that of the rectangle from the face's
-/// middle to a corner; one quarter, mirrored.
+/// Solid angles of a cube's texels: differences of atan(xy/√(1 + x² + y²)), that of the rectangle from the
+/// face's middle to a corner; one quarter, mirrored.
 fn cube(n: usize) -> Vec<f64> {
     let at = |k: usize| 2.0 * k as f64 / n as f64 - 1.0;
     let half = n / 2;

@@ -48,8 +48,8 @@ pub(crate) fn coefficients(kernel: &dyn Zonal) -> Vec<f64> {
 /// Highest band of coefficients.
 const BANDS: usize = MAX_ORDER + 64;
 
-/// The cheapest way within the tolerance; where none is, the sum over all texels if it is not too long, else the most
-/// exact one.
+/// The cheapest way within the tolerance; where none is, the sum over all texels if it is not too long, else
+/// the most exact one.
 pub(crate) fn plan<'a>(
     light: &Sampled,
     kernel: &'a dyn Zonal,
@@ -141,7 +141,8 @@ mod tests {
         assert!(e.rms < 1e-3, "{:?} {e:?}", got.way);
     }
 
-    /// Kernels far narrower than a texel look at few texels around it, and are still the sum over all of them.
+    /// Kernels far narrower than a texel look at few texels around it, and are still the sum over all of
+    /// them.
     #[test]
     fn sharp_kernels_reach_few_texels() {
         let rows = 256;

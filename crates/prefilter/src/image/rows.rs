@@ -1,5 +1,5 @@
-//! Unit directions of an image's rows of texels, and sums of a kernel over directional lights there, many texels at a
-//! time.
+//! Unit directions of an image's rows of texels, and sums of a kernel over directional lights there, many
+//! texels at a time.
 
 use crate::light::cell::{nodes_for, step_scale};
 use crate::{SmallLight, Zonal};
@@ -59,8 +59,8 @@ impl Row {
         self.sums[c][i]
     }
 
-    /// Σ flux · mean of K over the small light at every texel; disks as if they were points, cells by the product of two
-    /// Gauss–Legendre rules, and one by one where that would take too many nodes.
+    /// Σ flux · mean of K over the small light at every texel; disks as if they were points, cells by the
+    /// product of two Gauss–Legendre rules, and one by one where that would take too many nodes.
     pub(crate) fn sums(&mut self, small_lights: &[SmallLight], kernel: &dyn Zonal) {
         let n = self.x.len();
         for sum in &mut self.sums {

@@ -1,5 +1,5 @@
-//! From coefficients about the pole y to images in any layout: by the transform itself where the image is lat-long,
-//! else by [`PointSynthesis`].
+//! From coefficients about the pole y to images in any layout: by the transform itself where the image is
+//! lat-long, else by [`PointSynthesis`].
 
 use crate::light::polar;
 use glam::DVec3;
@@ -37,7 +37,8 @@ pub(crate) fn synthesize(
 /// Error of [`at_points`], relative to the range of the function.
 const AT_POINTS: f64 = 1e-5;
 
-/// The function of `sh` (world axes), band l multiplied with `factors[l]` and none beyond, in given directions.
+/// The function of `sh` (world axes), band l multiplied with `factors[l]` and none beyond, in given
+/// directions.
 pub(crate) fn at_points(sh: &ShRgb, factors: &[f64], directions: &[DVec3]) -> [Vec<f32>; 3] {
     let mut planes: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; directions.len()]);
     // Exchanging the poles twice changes nothing.

@@ -1,13 +1,14 @@
-//! Sums over the texels of a lat-long image, each constant over its cell: all of them, or those around a direction.
+//! Sums over the texels of a lat-long image, each constant over its cell: all of them, or those around a
+//! direction.
 //!
-//! A texel's part is the kernel's mean over its cell: at its centre where the kernel hardly varies over it, else by a
-//! product of Gauss–Legendre rules; cells about which a kernel narrower than a texel turns are divided further
-//! ([`Cell::leaves`]).
+//! A texel's part is the kernel's mean over its cell: at its centre where the kernel hardly varies over it,
+//! else by a product of Gauss–Legendre rules; cells about which a kernel narrower than a texel turns are
+//! divided further ([`Cell::leaves`]).
 //!
-//! With ρ = sin and y = cos of the direction's polar angle, what is at azimuth distance Δφ and polar angle θ has
-//! s² = sin²(angle/2) = ((ρ − sin θ)² + (y − cos θ)²)/4 + ρ sin θ sin²(Δφ/2): a sum of squares, which keeps its digits
-//! in single precision. Kernels are evaluated for many texels at once ([`Zonal::fill`]), in blocks that begin with a
-//! register; long rows are summed in double precision.
+//! With ρ = sin and y = cos of the direction's polar angle, what is at azimuth distance Δφ and polar angle θ
+//! has s² = sin²(angle/2) = ((ρ − sin θ)² + (y − cos θ)²)/4 + ρ sin θ sin²(Δφ/2): a sum of squares, which
+//! keeps its digits in single precision. Kernels are evaluated for many texels at once ([`Zonal::fill`]), in
+//! blocks that begin with a register; long rows are summed in double precision.
 
 use crate::kernel::split::{Split, step};
 use crate::light::cell::{nodes_for, step_scale};
@@ -19,7 +20,8 @@ use std::mem::take;
 use steradian_simd::{Arch, Kernel, Vector, run};
 use steradian_sphere::SphereImage;
 
-/// Around the axis of a kernel narrower than a texel, cells within so many of their sizes are divided further.
+/// Around the axis of a kernel narrower than a texel, cells within so many of their sizes are divided
+/// further.
 const CORE: f64 = 4.0;
 /// Nodes along a cell's side at most.
 const MOST: usize = 24;
@@ -274,8 +276,8 @@ impl<'a> TexelSums<'a> {
         (-(width as i64 / 2), width)
     }
 
-    /// Σ L w Ω over the spans, w = K or K χ with χ's argument `scale` s²; `turns` are sin²(Δφ/2) of so many columns from
-    /// `first` on, for each place within a texel.
+    /// Σ L w Ω over the spans, w = K or K χ with χ's argument `scale` s²; `turns` are sin²(Δφ/2) of so many
+    /// columns from `first` on, for each place within a texel.
     fn sum(
         &self,
         kernel: &dyn Zonal,
@@ -436,7 +438,8 @@ impl Kernel for Products<'_> {
                     }
                 }
             } else {
-                // Around the end of the row, or near that of the image: whole registers of both parts, then the rest.
+                // Around the end of the row, or near that of the image: whole registers of both parts, then
+                // the rest.
                 let before = s.len.min(self.width - start);
                 for (weights, at) in [(&weights[..before], at), (&weights[before..s.len], row)] {
                     let whole = weights.len() / lanes * lanes;

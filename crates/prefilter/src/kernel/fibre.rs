@@ -1,12 +1,13 @@
 //! Kernels on a cone about a direction: cosⁿ(θ − α)₊, θ from the direction.
 //!
-//! The highlights of fibres: of Kajiya & Kay (1989) about the tangent with α = θ_o, and of Banks (1994; Kautz 2004
-//! (STAR), eq. 35) with α = π − θ_o, since √(1 − x²)√(1 − y²) − xy = −cos(θ_i + θ_o) with x = cos θ_i, y = cos θ_o. Seen
-//! about −d, θ is π − θ, so that
+//! The highlights of fibres: of Kajiya & Kay (1989) about the tangent with α = θ_o, and of Banks (1994; Kautz
+//! 2004 (STAR), eq. 35) with α = π − θ_o, since √(1 − x²)√(1 − y²) − xy = −cos(θ_i + θ_o) with x = cos θ_i,
+//! y = cos θ_o. Seen about −d, θ is π − θ, so that
 //!
 //! > K_α(−d·wi) = K_{π−α}(d·wi)
 //!
-//! and α ≤ π/2 suffices. Near d the kernel of α > 0 is pointed (cosⁿα (1 + n θ tan α)), so its bands fall like a power.
+//! and α ≤ π/2 suffices. Near d the kernel of α > 0 is pointed (cosⁿα (1 + n θ tan α)), so its bands fall
+//! like a power.
 
 use super::legendre;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -69,7 +70,8 @@ impl FibreKernel {
         sum
     }
 
-    /// Gauss–Legendre nodes in panels that double away from the highlight, and halve towards an end of the support.
+    /// Gauss–Legendre nodes in panels that double away from the highlight, and halve towards an end of the
+    /// support.
     fn nodes(&self, order: f64, mut put: impl FnMut(f64, f64)) {
         for sign in [-1.0, 1.0] {
             let pole = if sign < 0.0 { self.alpha } else { PI - self.alpha };

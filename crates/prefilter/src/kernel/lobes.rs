@@ -220,7 +220,8 @@ mod tests {
             assert!((ratio(Lobe::ggx(alpha)) - exact).abs() < 1e-11, "ggx {alpha}");
         }
         for m in [0.5_f64, 5.0, 200.0] {
-            // Blinn–Phong: u^m (2u − 1) from ½ to 1, u = cos²θ_h, n = 2m; Charlie: u^m (1 − 2u) up to ½, u = sin²θ_h.
+            // Blinn–Phong: u^m (2u − 1) from ½ to 1, u = cos²θ_h, n = 2m; Charlie: u^m (1 − 2u) up to ½, u =
+            // sin²θ_h.
             let part = |k: f64| (1.0 - 0.5_f64.powf(m + k)) / (m + k);
             let exact = (4.0 * part(3.0) - 4.0 * part(2.0) + part(1.0)) / (2.0 * part(2.0) - part(1.0));
             assert!((ratio(Lobe::blinn_phong(2.0 * m)) - exact).abs() < 1e-11, "blinn-phong {m}");
@@ -232,8 +233,8 @@ mod tests {
         }
     }
 
-    /// k_l = e^{−λ} … in terms of Bessel functions, which [`steradian_sphere::sh::zonal`] holds; and for narrow ones all
-    /// Gaussians are the heat kernel exp(−l(l+1)σ²/2).
+    /// k_l = e^{−λ} … in terms of Bessel functions, which [`steradian_sphere::sh::zonal`] holds; and for
+    /// narrow ones all Gaussians are the heat kernel exp(−l(l+1)σ²/2).
     #[test]
     fn gaussians_are_the_known_ones() {
         use steradian_sphere::sh::zonal;

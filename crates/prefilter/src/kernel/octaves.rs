@@ -26,8 +26,8 @@ pub(crate) struct Octaves {
 }
 
 impl Octaves {
-    /// The table of `f`(s²), 0 ≤ s² < ½, whose largest magnitude is `peak`. An octave is divided until few cells are
-    /// left that no cubic fits.
+    /// The table of `f`(s²), 0 ≤ s² < ½, whose largest magnitude is `peak`. An octave is divided until few
+    /// cells are left that no cubic fits.
     pub(crate) fn new(f: impl Fn(f64) -> f64, peak: f64) -> Self {
         for power in FEWEST.. {
             let cubics = Self::cubics(&f, peak, power);

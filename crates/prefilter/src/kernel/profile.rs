@@ -1,4 +1,5 @@
-//! Kernels at many angles at once, in single precision and in vector registers. Their argument is s² = sin²(θ/2).
+//! Kernels at many angles at once, in single precision and in vector registers. Their argument is s² =
+//! sin²(θ/2).
 
 use steradian_simd::functions::{exp, ln};
 use steradian_simd::{Arch, Kernel, run};
@@ -61,8 +62,8 @@ pub(crate) fn power(s2: &[f32], out: &mut [f32], (n, a, b): (f32, f32, f32), sca
         #[inline(always)]
         fn at(self, s2: f32) -> f32 {
             let u = self.1 * s2;
-            // ln(1 − u) = −2 atanh(u/(2 − u)): to 1e-7 up to u = ½, beyond which large powers have vanished and the
-            // series still falls.
+            // ln(1 − u) = −2 atanh(u/(2 − u)): to 1e-7 up to u = ½, beyond which large powers have vanished
+            // and the series still falls.
             let z = u / (2.0 - u).max(1.0);
             let z2 = z * z;
             let tail = 1.0 / 7.0 + z2 * (1.0 / 9.0 + z2 * (1.0 / 11.0 + z2 * (1.0 / 13.0 + z2 / 15.0)));

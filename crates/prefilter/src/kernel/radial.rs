@@ -13,8 +13,8 @@ const FINE: f64 = 1e-9;
 /// … until it is this small a part of the hemisphere.
 const SMALLEST: f64 = 1e-5;
 
-/// A kernel on the hemisphere, in panels of θ that were halved until a polynomial of degree 15 fits, and normalised:
-/// ∫K dω = 1.
+/// A kernel on the hemisphere, in panels of θ that were halved until a polynomial of degree 15 fits, and
+/// normalised: ∫K dω = 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Radial {
     /// Where panels begin; the last entry is π/2.
@@ -28,10 +28,11 @@ pub struct Radial {
 }
 
 impl Radial {
-    /// The kernel of `f(θ)`, 0 ≤ θ ≤ π/2, not normalised; `None` where it is not finite or integrates to nothing.
+    /// The kernel of `f(θ)`, 0 ≤ θ ≤ π/2, not normalised; `None` where it is not finite or integrates to
+    /// nothing.
     ///
-    /// Adaptive: panels double from the axis and are halved where the last two of 16 Legendre terms are above 1e-9 of
-    /// the peak.
+    /// Adaptive: panels double from the axis and are halved where the last two of 16 Legendre terms are above
+    /// 1e-9 of the peak.
     pub fn new(f: impl Fn(f64) -> f64) -> Option<Self> {
         let (nodes, weights) = gauss_legendre(NODES);
         let fit = |a: f64, b: f64| -> [f64; NODES] {

@@ -1,7 +1,7 @@
 //! A sharp kernel in two parts: K = K χ + K (1 − χ), with χ a smooth step from 1 at the centre to 0 outwards.
 //!
-//! K χ reaches a few texels and is summed directly; K (1 − χ) is as smooth as χ, however sharp K is, and goes through
-//! frequency space.
+//! K χ reaches a few texels and is summed directly; K (1 − χ) is as smooth as χ, however sharp K is, and goes
+//! through frequency space.
 
 use super::zonal::quadrature;
 use crate::Zonal;
@@ -13,8 +13,8 @@ pub(crate) struct Split<'a> {
     reach2: f64,
 }
 
-/// χ at v = chord²/reach²: one less the polynomial step of degree 9, four times smooth at both ends. In θ it is flat
-/// up to about 0.4 of the reach.
+/// χ at v = chord²/reach²: one less the polynomial step of degree 9, four times smooth at both ends. In θ it
+/// is flat up to about 0.4 of the reach.
 #[inline(always)]
 pub(crate) fn step(v: f32) -> f32 {
     let v = v.min(1.0);
@@ -29,8 +29,8 @@ fn step64(v: f64) -> f64 {
 }
 
 impl<'a> Split<'a> {
-    /// Splits at the reach `turns`/`order` radians: what the smooth part's bands above `order` hold falls with
-    /// `turns`, and about 20 leave 1e-3 of the part of K that lies around the step.
+    /// Splits at the reach `turns`/`order` radians: what the smooth part's bands above `order` hold falls
+    /// with `turns`, and about 20 leave 1e-3 of the part of K that lies around the step.
     pub fn new(kernel: &'a dyn Zonal, order: usize, turns: f64) -> Self {
         let reach = (turns / order.max(16) as f64).min(1.5);
         Self { kernel, reach2: (2.0 * (0.5 * reach).sin()).powi(2) }

@@ -23,8 +23,8 @@ pub trait Zonal: Sync {
     fn signed(&self) -> bool {
         false
     }
-    /// K at many angles, given sin²(θ/2) (which keeps its digits near the axis), in single precision: what sums over
-    /// texels take.
+    /// K at many angles, given sin²(θ/2) (which keeps its digits near the axis), in single precision: what
+    /// sums over texels take.
     fn fill(&self, s2: &[f32], out: &mut [f32]) {
         out.iter_mut().zip(s2).for_each(|(k, &s2)| *k = self.value(1.0 - 2.0 * f64::from(s2)) as f32);
     }
@@ -152,8 +152,9 @@ fn panel() -> &'static (Vec<f64>, Vec<f64>) {
     RULE.get_or_init(|| gauss_legendre(NODES))
 }
 
-/// k_l by Gauss–Legendre quadrature over panels of θ that double in size from `width` to `support`, divided so that
-/// P_order turns by at most 40 radians in each: there 32 nodes leave less than 1e-14 of a smooth function.
+/// k_l by Gauss–Legendre quadrature over panels of θ that double in size from `width` to `support`, divided
+/// so that P_order turns by at most 40 radians in each: there 32 nodes leave less than 1e-14 of a smooth
+/// function.
 pub fn quadrature(value: impl Fn(f64) -> f64, width: f64, support: f64, order: usize) -> Vec<f64> {
     let (nodes, weights) = panel();
     let mut points = Vec::new();
@@ -197,8 +198,8 @@ mod tests {
         assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-15));
     }
 
-    /// The kernel-order table of the technique notes: orders at which the relative L2 error of the kernel falls
-    /// below 10 %, 3 %, 1 % and 0.1 %.
+    /// The kernel-order table of the technique notes: orders at which the relative L2 error of the kernel
+    /// falls below 10 %, 3 %, 1 % and 0.1 %.
     #[test]
     fn split_sum_orders_are_those_of_the_table() {
         let table = [

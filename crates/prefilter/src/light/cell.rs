@@ -20,19 +20,20 @@ fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(s * cos, c, s * sin)
 }
 
-/// Nodes along each side of a cell of size `ratio` times the scale of a function. Kernels have their nearest pole, or a
-/// Gaussian's equivalent, about two scales off: Gauss–Legendre rules then leave 2e-5 (one node) to 1e-6 of the value.
+/// Nodes along each side of a cell of size `ratio` times the scale of a function. Kernels have their nearest
+/// pole, or a Gaussian's equivalent, about two scales off: Gauss–Legendre rules then leave 2e-5 (one node) to
+/// 1e-6 of the value.
 pub(crate) fn nodes_for(ratio: f64) -> usize {
     const UP_TO: [f64; 7] = [0.015, 0.3, 0.6, 1.0, 1.6, 2.2, 3.0];
     1 + UP_TO.iter().take_while(|r| ratio > **r).count()
 }
 
-/// Where a kernel ends steeply no rule converges quickly; cells are then divided to this size, radians, at which what they
-/// miss along the rim adds up to about 1e-5.
+/// Where a kernel ends steeply no rule converges quickly; cells are then divided to this size, radians, at
+/// which what they miss along the rim adds up to about 1e-5.
 const STEP: f64 = 0.004;
 
-/// The scale that a kernel's rim asks for: infinite where it has none. Sheen rises towards the horizon, and holds much
-/// within a hundredth of it.
+/// The scale that a kernel's rim asks for: infinite where it has none. Sheen rises towards the horizon, and
+/// holds much within a hundredth of it.
 pub(crate) fn step_scale(kernel: &dyn Zonal) -> f64 {
     let support = kernel.support().min(PI);
     let at = |theta: f64| kernel.value(theta.cos()).abs();
@@ -89,8 +90,8 @@ impl Cell {
         }
     }
 
-    /// Directions and weights (of sum Ω) that integrate a kernel about `d` that varies over `width` at its peak and,
-    /// beyond, over its distance, but nowhere over more than `most`.
+    /// Directions and weights (of sum Ω) that integrate a kernel about `d` that varies over `width` at its
+    /// peak and, beyond, over its distance, but nowhere over more than `most`.
     pub(crate) fn leaves(&self, d: DVec3, width: f64, most: f64, put: &mut impl FnMut(DVec3, f64)) {
         let (size, [height, turn]) = (self.size(), self.sides());
         let near = self.centre().distance(d) - 0.75 * size;
@@ -124,7 +125,8 @@ mod tests {
     use super::*;
     use crate::Lobe;
 
-    /// Cells of a whole image hold the whole kernel, however narrow it is, and the parts of a cell what the cell holds.
+    /// Cells of a whole image hold the whole kernel, however narrow it is, and the parts of a cell what the
+    /// cell holds.
     #[test]
     fn cells_hold_their_part_of_a_kernel() {
         let d = DVec3::new(0.3, 0.81, -0.2).normalize();

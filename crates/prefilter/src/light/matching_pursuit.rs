@@ -1,11 +1,12 @@
 //! A few small lights apart from smooth light, chosen for a kernel.
 //!
-//! Light is R = Σ_k Φ_k D(ω_k) + rest, with D a small disk of unit flux. Where kernels are cut beyond some bands, what
-//! the cut costs is Σ_l w_l Σ_m R_lm², so directions are found one by one where a disk takes the most of that norm
-//! away (matching pursuit, Mallat & Zhang 1993, in a weighted norm): the score of ω is |c(ω)|²/G(0) with
-//! c(ω) = Σ_lm w_l b_l R_lm Y_lm(ω), and a disk at ω_k takes Φ_k G(∠ω, ω_k) out of c,
-//! G(γ) = Σ_l (2l + 1)/4π w_l b_l² P_l(cos γ), b_l the disk's own coefficients. At last the fluxes of all disks together
-//! are those of least squares. Nothing is approximated by this: the rest is R less the disks, whatever these are.
+//! Light is R = Σ_k Φ_k D(ω_k) + rest, with D a small disk of unit flux. Where kernels are cut beyond some
+//! bands, what the cut costs is Σ_l w_l Σ_m R_lm², so directions are found one by one where a disk takes the
+//! most of that norm away (matching pursuit, Mallat & Zhang 1993, in a weighted norm): the score of ω is
+//! |c(ω)|²/G(0) with c(ω) = Σ_lm w_l b_l R_lm Y_lm(ω), and a disk at ω_k takes Φ_k G(∠ω, ω_k) out of c,
+//! G(γ) = Σ_l (2l + 1)/4π w_l b_l² P_l(cos γ), b_l the disk's own coefficients. At last the fluxes of all
+//! disks together are those of least squares. Nothing is approximated by this: the rest is R less the disks,
+//! whatever these are.
 
 use crate::SmallLight;
 use glam::DVec3;
@@ -40,8 +41,8 @@ pub struct Pursuit {
 }
 
 impl Pursuit {
-    /// Up to `most` disks of angular radius `radius` (radians) for `light`, in the norm of `weight` by band. Fewer where
-    /// nothing is left.
+    /// Up to `most` disks of angular radius `radius` (radians) for `light`, in the norm of `weight` by band.
+    /// Fewer where nothing is left.
     pub fn new(
         light: &ShRgb,
         weight: &[f64],
@@ -122,8 +123,8 @@ impl Pursuit {
         ShRgb { order, c }
     }
 
-    /// The first `count` disks with the fluxes that leave the least of `light`; those whose flux would be negative are left
-    /// out.
+    /// The first `count` disks with the fluxes that leave the least of `light`; those whose flux would be
+    /// negative are left out.
     pub fn small_lights(&self, light: &ShRgb, count: usize) -> Vec<SmallLight> {
         let filtered = self.filtered(light);
         let basis = Basis::new(filtered.order);
@@ -153,8 +154,8 @@ impl Pursuit {
         used.iter().zip(flux).map(small_light).collect()
     }
 
-    /// The fluxes of disks at these directions where c has these values: Cholesky's factorisation of G(∠ω_i, ω_j) and
-    /// both substitutions.
+    /// The fluxes of disks at these directions where c has these values: Cholesky's factorisation of G(∠ω_i,
+    /// ω_j) and both substitutions.
     fn least_squares(&self, used: &[(DVec3, [f64; 3])]) -> Vec<[f64; 3]> {
         let n = used.len();
         let mut x: Vec<[f64; 3]> = used.iter().map(|u| u.1).collect();
@@ -304,7 +305,8 @@ mod tests {
     use super::*;
     use crate::source::add_small_lights;
 
-    /// Three small lights over a smooth sky come out as they went in, and nearly nothing of the high bands is left.
+    /// Three small lights over a smooth sky come out as they went in, and nearly nothing of the high bands is
+    /// left.
     #[test]
     fn small_lights_are_found_with_their_fluxes() {
         let order = 63;

@@ -1,5 +1,5 @@
-//! Coefficients about the image's pole, y: those of Y(x, z, y). Products per band do not care for the pole, and the
-//! transforms of lat-long grids save the change of basis.
+//! Coefficients about the image's pole, y: those of Y(x, z, y). Products per band do not care for the pole,
+//! and the transforms of lat-long grids save the change of basis.
 
 use super::{SmallLight, source};
 use glam::{DMat3, DVec3, Vec3Swizzles};

@@ -1,7 +1,7 @@
 //! Light prepared for filtering into images.
 //!
-//! A filtered map holds ∫ L K dω at its texels' centres, with L constant over each texel's exact cell, as everywhere (see
-//! "Conventions" in ARCHITECTURE.md).
+//! A filtered map holds ∫ L K dω at its texels' centres, with L constant over each texel's exact cell, as
+//! everywhere (see "Conventions" in ARCHITECTURE.md).
 
 use super::cell::step_scale;
 use super::polar;
@@ -30,8 +30,8 @@ const REFINED: usize = 1 << 22;
 pub struct Sampled {
     /// The image, whole.
     pub image: SphereImage,
-    /// Suns, directional lights and the brightest texels of an image that was reduced, then what was taken off the brightest
-    /// texels of this one.
+    /// Suns, directional lights and the brightest texels of an image that was reduced, then what was taken
+    /// off the brightest texels of this one.
     small_lights: Vec<SmallLight>,
     suns: usize,
     /// Spectrum of the image with its brightest texels capped, about the pole y.
@@ -48,7 +48,8 @@ pub struct Sampled {
 }
 
 impl Sampled {
-    /// Prepares everything in `lights` but its point lights, with the bands that `kernels` need for `tolerance`.
+    /// Prepares everything in `lights` but its point lights, with the bands that `kernels` need for
+    /// `tolerance`.
     pub fn new(
         lights: &Lights,
         kernels: &[&dyn Zonal],
@@ -72,11 +73,13 @@ impl Sampled {
         let mut detail = 0.0;
         let mut image = match given {
             None => SphereImage::new(Layout::LatLong, 4, 2),
-            // Texels as bright as suns keep their own cells: a lobe as sharp as they are would see the cells of the smaller image.
+            // Texels as bright as suns keep their own cells: a lobe as sharp as they are would see the cells
+            // of the smaller image.
             Some(image) if image.height > MAX_ROWS => {
                 let capped = source::split(image, &mut small_lights);
                 let smaller = source::reduced(&capped, MAX_ROWS);
-                // Means over cells are nearly a projection: the energies of what stays and of what goes add up.
+                // Means over cells are nearly a projection: the energies of what stays and of what goes add
+                // up.
                 detail = (source::energy(&capped) - source::energy(&smaller)).max(0.0);
                 smaller
             }
@@ -103,7 +106,8 @@ impl Sampled {
         Ok(Self { image, small_lights, suns, spectrum, bands, energy: capped.energy, flux, detail, negative })
     }
 
-    /// Suns and directional lights, and the brightest texels of an image that was too large and is reduced here.
+    /// Suns and directional lights, and the brightest texels of an image that was too large and is reduced
+    /// here.
     pub fn suns(&self) -> &[SmallLight] {
         &self.small_lights[..self.suns]
     }
@@ -113,9 +117,9 @@ impl Sampled {
         &self.small_lights[self.suns..]
     }
 
-    /// Estimate of the relative RMS error of maps because the image was reduced: what went varies within cells of a
-    /// [`MAX_ROWS`]th of π, so that a kernel lets through of it what it lets through beyond the analysis' bands. 0 for images that
-    /// are taken as they came.
+    /// Estimate of the relative RMS error of maps because the image was reduced: what went varies within
+    /// cells of a [`MAX_ROWS`]th of π, so that a kernel lets through of it what it lets through beyond the
+    /// analysis' bands. 0 for images that are taken as they came.
     pub(crate) fn error_of_reduction(&self, kernel: &dyn Zonal) -> f64 {
         if self.detail == 0.0 {
             return 0.0;
@@ -137,8 +141,8 @@ impl Sampled {
         self.negative
     }
 
-    /// Spectrum of the capped image about the pole y: all of the analysis, or with the brightest texels' up to
-    /// `order`.
+    /// Spectrum of the capped image about the pole y: all of the analysis, or with the brightest texels' up
+    /// to `order`.
     pub(crate) fn spectrum(&self, order: usize, with_bright_texels: bool) -> Cow<'_, ColumnsRgb> {
         if !with_bright_texels || self.bright_texels().is_empty() {
             return Cow::Borrowed(&self.spectrum);
@@ -174,7 +178,8 @@ impl Sampled {
         flux
     }
 
-    /// The light itself in another layout: the image area-exact, suns shared among the texels that they cover.
+    /// The light itself in another layout: the image area-exact, suns shared among the texels that they
+    /// cover.
     pub fn mirror(&self, layout: Layout, width: usize, height: usize) -> SphereImage {
         let mut out = if layout == Layout::Cube && covers(self.image.height, width) {
             self.image.cube_means(width)
@@ -194,9 +199,9 @@ impl Sampled {
         out
     }
 
-    /// The image in texels that may be smaller than its own. Cubic lookup undershoots beside what is bright; where that
-    /// goes below zero for light that does not, the image is first refined within its texels' means, for a cube until
-    /// means over its texels are exact.
+    /// The image in texels that may be smaller than its own. Cubic lookup undershoots beside what is bright;
+    /// where that goes below zero for light that does not, the image is first refined within its texels'
+    /// means, for a cube until means over its texels are exact.
     fn enlarged(&self, layout: Layout, width: usize, height: usize) -> SphereImage {
         let below = |image: &SphereImage| image.planes.iter().flatten().any(|&v| v < 0.0);
         let mut out = self.image.resample(layout, width, height);
@@ -220,8 +225,8 @@ impl Sampled {
         out
     }
 
-    /// The same light in texels so narrow that a sum over their centres is about that over their cells: a sixteenth of the
-    /// kernel's width leaves 2e-4, if that takes no more than 1024 rows.
+    /// The same light in texels so narrow that a sum over their centres is about that over their cells: a
+    /// sixteenth of the kernel's width leaves 2e-4, if that takes no more than 1024 rows.
     pub(crate) fn divided(&self, kernel: &dyn Zonal) -> Self {
         let (width, height) = (self.image.width, self.image.height);
         let size = PI / (height as f64).min(0.5 * width as f64);
@@ -254,8 +259,8 @@ impl Sampled {
     }
 }
 
-/// Are the texels of a cube of `size` as large as those of a lat-long image of `rows`, in the middle of a face at least?
-/// Then means over them are exact; in smaller ones the image's cells would show.
+/// Are the texels of a cube of `size` as large as those of a lat-long image of `rows`, in the middle of a
+/// face at least? Then means over them are exact; in smaller ones the image's cells would show.
 fn covers(rows: usize, size: usize) -> bool {
     2.0 / size as f64 >= PI / rows as f64
 }
@@ -287,8 +292,9 @@ pub(crate) fn small_lights_at(small_lights: &[SmallLight], kernel: &dyn Zonal, d
 /// Part of the tolerance that the bands left out may use.
 pub(crate) const TAIL: f64 = 0.05;
 
-/// The smallest order whose tail cannot matter, for any of the kernels: what bands above F of the capped image can
-/// hold is at most max_{l>F}|k_l| √(∫L² − L_0²), beside a result of at least k_0 L_0, with L_0² = |∫L|²/4π.
+/// The smallest order whose tail cannot matter, for any of the kernels: what bands above F of the capped
+/// image can hold is at most max_{l>F}|k_l| √(∫L² − L_0²), beside a result of at least k_0 L_0, with L_0² =
+/// |∫L|²/4π.
 fn order(capped: &Capped, kernels: &[&dyn Zonal], tolerance: f64) -> usize {
     let top = MAX_ORDER;
     let mean2 = capped.flux.iter().map(|f| f * f).sum::<f64>() / (4.0 * PI);

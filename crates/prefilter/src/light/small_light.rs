@@ -92,8 +92,8 @@ impl SmallLight {
         sum
     }
 
-    /// Directions and weights (of sum 1) over the disk: Gauss–Legendre in the height 1 − cos θ, in which the area
-    /// is uniform, and equal steps around. `rings` ≤ 64. Of a cell, `rings` nodes along each side.
+    /// Directions and weights (of sum 1) over the disk: Gauss–Legendre in the height 1 − cos θ, in which the
+    /// area is uniform, and equal steps around. `rings` ≤ 64. Of a cell, `rings` nodes along each side.
     pub(crate) fn nodes(&self, rings: usize, around: usize, mut put: impl FnMut(DVec3, f64)) {
         if let Some(cell) = self.cell {
             return cell.nodes(rings, &mut put);
@@ -113,8 +113,9 @@ impl SmallLight {
         }
     }
 
-    /// Coefficients of the disk (not of a cell, which has no such factors) relative to those of its centre: b_l = (P_{l−1}(cos ρ) − P_{l+1}(cos ρ)) /
-    /// ((2l+1)(1 − cos ρ)), 1 for a direction. ∫ of P_l over the cap, divided by the cap's area.
+    /// Coefficients of the disk (not of a cell, which has no such factors) relative to those of its centre:
+    /// b_l = (P_{l−1}(cos ρ) − P_{l+1}(cos ρ)) / ((2l+1)(1 − cos ρ)), 1 for a direction. ∫ of P_l over the
+    /// cap, divided by the cap's area.
     pub fn spread(&self, order: usize) -> Vec<f64> {
         let s = (0.5 * self.radius).sin();
         let height = 2.0 * s * s;

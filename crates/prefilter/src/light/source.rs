@@ -1,7 +1,8 @@
 //! Distant light prepared for filtering: a base image whose spectrum is known, and small bright lights apart.
 //!
-//! A truncated series rings around a small bright light. So the brightest texels keep only what the others have,
-//! and their excess becomes a [`SmallLight`] that filters treat exactly, as they treat suns and directional lights.
+//! A truncated series rings around a small bright light. So the brightest texels keep only what the others
+//! have, and their excess becomes a [`SmallLight`] that filters treat exactly, as they treat suns and
+//! directional lights.
 
 use crate::{Cell, SmallLight};
 use std::f64::consts::PI;

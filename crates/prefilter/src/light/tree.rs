@@ -1,9 +1,10 @@
 //! The light as a hierarchy: exact integrals of the image's piecewise constant radiance against any function,
 //! with far or smooth parts taken together.
 //!
-//! Texels are merged 2 × 2; a node knows its flux, the centroid of its radiance and its radius. A node is used
-//! as a point where its radius is below `OPENING` times the angle over which the other factor varies there, and
-//! else opened; texels are divided further. With centroids the error is of second order in `OPENING`.
+//! Texels are merged 2 × 2; a node knows its flux, the centroid of its radiance and its radius. A node is
+//! used as a point where its radius is below `OPENING` times the angle over which the other factor varies
+//! there, and else opened; texels are divided further. With centroids the error is of second order in
+//! `OPENING`.
 
 use crate::SmallLight;
 use glam::{DVec3, Vec3};
@@ -150,8 +151,8 @@ impl Tree {
         Node { flux, centre, radius: there().map(reach).fold(0.0, f32::max) }
     }
 
-    /// ∫ L(d) f(d) dω, where `f` varies over angles of about `scale(d)` around d. `scale` returns infinity where
-    /// f is zero for all directions within the second argument (radians) of d.
+    /// ∫ L(d) f(d) dω, where `f` varies over angles of about `scale(d)` around d. `scale` returns infinity
+    /// where f is zero for all directions within the second argument (radians) of d.
     pub fn integrate(&self, scale: impl Fn(DVec3, f64) -> f64, f: impl Fn(DVec3) -> [f64; 3]) -> [f64; 3] {
         let mut sum = [0.0; 3];
         self.visit(&scale, |flux, d| {
@@ -165,8 +166,9 @@ impl Tree {
         sum
     }
 
-    /// What holds at least `share` of all flux within an angle of about `radius`, the brightest first, at most `most` of
-    /// them: suns, lamps, and parts of windows. Each as its direction and its part of all flux.
+    /// What holds at least `share` of all flux within an angle of about `radius`, the brightest first, at
+    /// most `most` of them: suns, lamps, and parts of windows. Each as its direction and its part of all
+    /// flux.
     pub fn peaks(&self, radius: f64, share: f64, most: usize) -> Vec<(DVec3, f64)> {
         let mut parts: Vec<(DVec3, f64)> =
             self.small_lights.iter().map(|b| (b.direction, weight(b.flux))).collect();
@@ -257,7 +259,8 @@ fn unit(v: Vec3) -> DVec3 {
     v * (1.5 - 0.5 * v.length_squared())
 }
 
-/// sin θ, cos θ, solid angle and radius of the parts in row `j` of the image with its texels divided into n × n.
+/// sin θ, cos θ, solid angle and radius of the parts in row `j` of the image with its texels divided into n ×
+/// n.
 fn row(j: usize, width: usize, height: usize, n: usize) -> [f64; 4] {
     let step = PI / (height * n) as f64;
     let (s, c) = ((j as f64 + 0.5) * step).sin_cos();
@@ -292,7 +295,8 @@ mod tests {
         }
     }
 
-    /// A lamp of the image and a sun beside it, the brighter first, with their parts of all flux; nothing in even light.
+    /// A lamp of the image and a sun beside it, the brighter first, with their parts of all flux; nothing in
+    /// even light.
     #[test]
     fn peaks_are_what_is_bright_and_small() {
         let lamp = DVec3::new(0.3, 0.5, -0.8).normalize();
@@ -333,7 +337,8 @@ mod tests {
         }
     }
 
-    /// However sharp the kernel, a constant stays as it is, and inside a texel there is nothing but its value.
+    /// However sharp the kernel, a constant stays as it is, and inside a texel there is nothing but its
+    /// value.
     #[test]
     fn a_texel_seen_by_a_needle_is_its_value() {
         use crate::{Lobe, angular};

@@ -1,13 +1,14 @@
 //! Box-filtered mip levels of a cube map, each face on its own: what `texCUBEbias` reads.
 //!
-//! Kautz, course notes (2006), *Dynamic glossy environment maps*: "why not just use an inexpensive box-filter and store a
-//! mip-mapped cube map", with Phong's N = 225 beside a bias of 2.25. Levels are means of two by two texels without their
-//! solid angles; lookup is trilinear and stays on its face, so that edges show ("cube faces are filtered independently").
+//! Kautz, course notes (2006), *Dynamic glossy environment maps*: "why not just use an inexpensive box-filter
+//! and store a mip-mapped cube map", with Phong's N = 225 beside a bias of 2.25. Levels are means of two by
+//! two texels without their solid angles; lookup is trilinear and stays on its face, so that edges show
+//! ("cube faces are filtered independently").
 //!
 //! Matched width: a lookup is a box of side b convolved with the tent of bilinear interpolation, of variance
-//! b²/12 + b²/6 = b²/4 along each axis. A Gaussian lobe of standard deviation σ has σ² (Phong's cos^s has 1/s), so b = 2σ
-//! and the level is log2(2σ/b_0), b_0 = √(4π/6)/N. For other kernels σ is that of the Gaussian with the same
-//! ∫K²/(∫K)² = 1/(4πσ²), which heavy tails do not carry away.
+//! b²/12 + b²/6 = b²/4 along each axis. A Gaussian lobe of standard deviation σ has σ² (Phong's cos^s has
+//! 1/s), so b = 2σ and the level is log2(2σ/b_0), b_0 = √(4π/6)/N. For other kernels σ is that of the
+//! Gaussian with the same ∫K²/(∫K)² = 1/(4πσ²), which heavy tails do not carry away.
 
 use super::grid::each;
 use super::{Card, Cost, Made, Shape};

@@ -1,7 +1,7 @@
 //! The sum over all texels, each constant over its cell.
 //!
-//! Kautz, course notes (2006), *How to filter a cube map*: "for each target pixel, go over the full input map (take
-//! solid angle of each pixel into account)".
+//! Kautz, course notes (2006), *How to filter a cube map*: "for each target pixel, go over the full input map
+//! (take solid angle of each pixel into account)".
 //!
 //! ```text
 //! B(d) = Σ_i L_i ∫_i K(d·w) dω

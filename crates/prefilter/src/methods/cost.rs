@@ -1,8 +1,8 @@
 //! What a way costs: counted, and predicted.
 //!
-//! Ramamoorthi & Hanrahan 2002, 5.6: for S_L² texels of light and S_B² of the map the angular way costs
-//! W S_L² S_B² (5.32), the frequency way F S_B² (5.29), and they meet at Phong's s* ~ S_L^{4/3} (5.33) if both constants are
-//! the same. [`Model`] has constants of its own for each term.
+//! Ramamoorthi & Hanrahan 2002, 5.6: for S_L² texels of light and S_B² of the map the angular way costs W
+//! S_L² S_B² (5.32), the frequency way F S_B² (5.29), and they meet at Phong's s* ~ S_L^{4/3} (5.33) if both
+//! constants are the same. [`Model`] has constants of its own for each term.
 
 use super::{Method, Shape, band_limit, reach};
 use crate::Zonal;

@@ -1,14 +1,15 @@
 //! Planar convolution of two paraboloids, once with the smallest radius and once with the largest.
 //!
-//! Kautz, Vázquez, Heidrich & Seidel 2000; Kautz 2004 (STAR), 7.4.2. The paraboloid map is conformal: small disks stay
-//! disks, of radius (1 + ρ²)/2 · R_L in the map (dθ = 2 dρ/(1 + ρ²)), R_S = R_L/2 in the middle and R_L at the rim. "They
-//! blend between both … the value depends only on the distance d and is always d²": B = (1 − ρ²) S + ρ² L. More
-//! than two radii blend between neighbours and remove that part of the error; the bending of wide disks stays. Each
-//! map reaches beyond its rim by the largest radius. Wide kernels are cut at 60°.
+//! Kautz, Vázquez, Heidrich & Seidel 2000; Kautz 2004 (STAR), 7.4.2. The paraboloid map is conformal: small
+//! disks stay disks, of radius (1 + ρ²)/2 · R_L in the map (dθ = 2 dρ/(1 + ρ²)), R_S = R_L/2 in the middle
+//! and R_L at the rim. "They blend between both … the value depends only on the distance d and is always d²":
+//! B = (1 − ρ²) S + ρ² L. More than two radii blend between neighbours and remove that part of the error; the
+//! bending of wide disks stays. Each map reaches beyond its rim by the largest radius. Wide kernels are cut
+//! at 60°.
 //!
-//! Texels count alike. Outwards they stand for less solid angle, but a disk that is drawn in the plane also falls off
-//! faster there than the kernel does on the sphere: the two errors nearly cancel, and weighing texels by their solid angle
-//! alone is worse.
+//! Texels count alike. Outwards they stand for less solid angle, but a disk that is drawn in the plane also
+//! falls off faster there than the kernel does on the sphere: the two errors nearly cancel, and weighing
+//! texels by their solid angle alone is worse.
 
 use super::grid::each;
 use super::table::Table;
@@ -56,8 +57,8 @@ impl Default for Footprint {
     }
 }
 
-/// By planar convolution of paraboloids; the kernel's smallest radius is `texels` of the map's, and `radii` ≥ 2 are
-/// blended.
+/// By planar convolution of paraboloids; the kernel's smallest radius is `texels` of the map's, and `radii` ≥
+/// 2 are blended.
 pub fn dual_paraboloid(
     light: &Sampled,
     kernel: &dyn Zonal,
@@ -81,8 +82,9 @@ pub fn dual_paraboloid(
 /// Radiance from a direction.
 pub type Lookup = Box<dyn Fn(DVec3) -> [f32; 3] + Sync>;
 
-/// ∫ L K over d as two paraboloids. `light` gives a lookup in texels like those of a cube of n × n, `small lights` are small
-/// lights beside it, which go to the four texels around each of their parts with their flux kept.
+/// ∫ L K over d as two paraboloids. `light` gives a lookup in texels like those of a cube of n × n,
+/// `small lights` are small lights beside it, which go to the four texels around each of their parts with
+/// their flux kept.
 pub fn paraboloids(
     light: &dyn Fn(usize) -> Lookup,
     small_lights: &[SmallLight],
@@ -110,7 +112,8 @@ pub fn paraboloids(
     Ok((if footprint.size > 0 { whole.resampled(target) } else { whole.cropped() }, cost))
 }
 
-/// Two square maps, front +Z and back −Z, (x, y)/(1 + |z|) from −extent to +extent at their outermost texel centres.
+/// Two square maps, front +Z and back −Z, (x, y)/(1 + |z|) from −extent to +extent at their outermost texel
+/// centres.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Paraboloids {
     grid: Grid,
@@ -221,7 +224,8 @@ impl Grid {
         maps
     }
 
-    /// The four texels around a direction and their bilinear weights, where the map (of the pole at `z` = 1) has them.
+    /// The four texels around a direction and their bilinear weights, where the map (of the pole at `z` = 1)
+    /// has them.
     fn shares(&self, d: DVec3, z: f64, mut put: impl FnMut(usize, usize, f64)) {
         let axis = |v: f64| v / (1.0 + z) / self.texel + 0.5 * self.side as f64 - 0.5;
         let (x, y) = (axis(d.x), axis(d.y));

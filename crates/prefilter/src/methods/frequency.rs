@@ -1,8 +1,8 @@
 //! In frequency space: coefficients of the light times those of the kernel, and back.
 //!
-//! Ramamoorthi & Hanrahan 2002, 5.4, for one outgoing dimension: B_lm = k_l L_lm, k_l = Λ_l ρ̂_l; O(F S²) for S²
-//! texels (5.29). This is the crate's own [`filter_image`], which sums the texels near sharp lobes and the brightest
-//! ones directly, and chooses F by the tolerance.
+//! Ramamoorthi & Hanrahan 2002, 5.4, for one outgoing dimension: B_lm = k_l L_lm, k_l = Λ_l ρ̂_l; O(F S²) for
+//! S² texels (5.29). This is the crate's own [`filter_image`], which sums the texels near sharp lobes and the
+//! brightest ones directly, and chooses F by the tolerance.
 
 use super::{Card, Cost, Made, Shape, reach};
 use crate::image::map::ImageMethod;
@@ -16,8 +16,8 @@ pub(super) const CARD: Card = Card {
     exact_when: "F → ∞ (chosen by the tolerance)",
 };
 
-/// By spherical harmonics, to relative RMS error `tolerance`. The taps are the leading terms of appendix C of the
-/// thesis: (F + 1)² products for each row of the light and of the map.
+/// By spherical harmonics, to relative RMS error `tolerance`. The taps are the leading terms of appendix C of
+/// the thesis: (F + 1)² products for each row of the light and of the map.
 pub fn frequency(
     light: &Sampled,
     kernel: &dyn Zonal,

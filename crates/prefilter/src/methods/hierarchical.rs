@@ -1,10 +1,10 @@
 //! The light as a pyramid: parts that the kernel sees as points are taken together.
 //!
-//! Kautz, Vázquez, Heidrich & Seidel 2000, *A Unified Approach to Prefiltered Environment Maps*, filter on a pyramid of
-//! the map and descend where the kernel varies over a texel of it. Here a node knows its flux, the centroid of its
-//! radiance and its solid angle; it counts as a point where its radius is at most `opening` times the angle over which
-//! the kernel varies there (its width, or half the distance in its tails). About the centroid the first moment
-//! vanishes, so the error falls as opening².
+//! Kautz, Vázquez, Heidrich & Seidel 2000, *A Unified Approach to Prefiltered Environment Maps*, filter on a
+//! pyramid of the map and descend where the kernel varies over a texel of it. Here a node knows its flux, the
+//! centroid of its radiance and its solid angle; it counts as a point where its radius is at most `opening`
+//! times the angle over which the kernel varies there (its width, or half the distance in its tails). About
+//! the centroid the first moment vanishes, so the error falls as opening².
 
 use super::grid::each;
 use super::table::Table;

@@ -1,16 +1,18 @@
-//! Rows against rows: on a lat-long image the kernel between two rows depends on the difference of azimuth only.
+//! Rows against rows: on a lat-long image the kernel between two rows depends on the difference of azimuth
+//! only.
 //!
-//! The angular sum of Ramamoorthi & Hanrahan 2002, 5.32, with the structure that a lat-long map gives it. Over a row,
-//! Σ_i L_i K(θ, θ_j, φ − φ_i) is a periodic convolution, hence a product of Fourier coefficients (Driscoll & Healy
-//! 1994 separate the sphere so):
+//! The angular sum of Ramamoorthi & Hanrahan 2002, 5.32, with the structure that a lat-long map gives it.
+//! Over a row, Σ_i L_i K(θ, θ_j, φ − φ_i) is a periodic convolution, hence a product of Fourier coefficients
+//! (Driscoll & Healy 1994 separate the sphere so):
 //!
 //! ```text
 //! B(θ, φ) = Σ_m e^{imφ} Σ_j Ω_j κ_m(θ, θ_j) L̂_m(θ_j),   κ_m = 1/n Σ_q K(θ, θ_j, 2πq/n) cos(2πmq/n)
 //! ```
 //!
-//! A kernel of band F has azimuthal frequencies up to F, and near the poles up to F sin θ and a little more, so that
-//! n ≈ 2 F sin θ samples of it do. The cost is that of S² row pairs times F, not S⁴ W: the angular way at its best.
-//! L̂_m is the exact discrete spectrum of the row at any m, so the sum over all texels is met to the tolerance.
+//! A kernel of band F has azimuthal frequencies up to F, and near the poles up to F sin θ and a little more,
+//! so that n ≈ 2 F sin θ samples of it do. The cost is that of S² row pairs times F, not S⁴ W: the angular
+//! way at its best. L̂_m is the exact discrete spectrum of the row at any m, so the sum over all texels is
+//! met to the tolerance.
 
 use super::table::Table;
 use super::{Card, Cost, Made, Shape, band_limit, reach};
@@ -71,7 +73,8 @@ struct Plan {
 /// (re, im) of frequencies 0 … band of red, green, blue and where needed 1: six or eight runs of band + 1.
 type Spectrum = Vec<f64>;
 
-/// Bytes that [`lat_long_angular`] works in: eight numbers a band for every row of the light and of the map, and the map.
+/// Bytes that [`lat_long_angular`] works in: eight numbers a band for every row of the light and of the map,
+/// and the map.
 pub fn lat_long_bytes(light: &Sampled, kernel: &dyn Zonal, shape: Shape, epsilon: f64) -> u64 {
     let plan = Plan::new(light, kernel, epsilon);
     let (w, h) = plan.size(shape);
@@ -80,7 +83,8 @@ pub fn lat_long_bytes(light: &Sampled, kernel: &dyn Zonal, shape: Shape, epsilon
 
 impl Plan {
     fn new(light: &Sampled, kernel: &dyn Zonal, epsilon: f64) -> Self {
-        // Gaussians of that width are at 1e-30 there, GGX at 1e-5; what is sharper than a sixteenth of a row is cut.
+        // Gaussians of that width are at 1e-30 there, GGX at 1e-5; what is sharper than a sixteenth of a row
+        // is cut.
         let k =
             kernel.coefficients((12.0 / kernel.width()).min(16.0 * light.image.height as f64) as usize + 256);
         Self { band: band_limit(&k, epsilon).max(4), k0: k[0], reach: reach(kernel, epsilon) }

@@ -1,10 +1,11 @@
 //! Ways to prefilter by name, for comparison: what the literature does, each honest and each ours.
 //!
-//! All answer one question, B(d) = ∫ L(wi) K(d·wi) dwi, at the texel centres of any layout. Four tend to the sum over
-//! all texels as their parameter refines (`truncated-angular`, `hierarchical`, `lat-long-angular`, `frequency`); three
-//! are approximations that graphics hardware affords (`per-face`, `box-mip`, `dual-paraboloid`) and tend to it only
-//! as the lobe narrows. A constant light stays constant under all of them: weights are divided by their sum, as ATI's
-//! CubeMapGen (2005) did first; where a paper's own method loses light its file says so.
+//! All answer one question, B(d) = ∫ L(wi) K(d·wi) dwi, at the texel centres of any layout. Four tend to the
+//! sum over all texels as their parameter refines (`truncated-angular`, `hierarchical`, `lat-long-angular`,
+//! `frequency`); three are approximations that graphics hardware affords (`per-face`, `box-mip`,
+//! `dual-paraboloid`) and tend to it only as the lobe narrows. A constant light stays constant under all of
+//! them: weights are divided by their sum, as ATI's CubeMapGen (2005) did first; where a paper's own method
+//! loses light its file says so.
 
 mod box_mip;
 mod brute;
@@ -113,7 +114,8 @@ impl Method {
         !matches!(self, Self::PerFace | Self::BoxMip | Self::DualParaboloid)
     }
 
-    /// Bytes that [`Self::filter`] works in beside the light and the map, where they grow with the kernel's bands; else 0.
+    /// Bytes that [`Self::filter`] works in beside the light and the map, where they grow with the kernel's
+    /// bands; else 0.
     pub fn bytes(self, light: &Sampled, kernel: &dyn Zonal, shape: Shape, tolerance: f64) -> u64 {
         match self {
             Self::LatLongAngular => lat_long_bytes(light, kernel, shape, EPSILON * tolerance),

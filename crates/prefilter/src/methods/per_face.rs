@@ -1,11 +1,11 @@
 //! Each cube face filtered in its own plane, with its four neighbours folded flat around it.
 //!
-//! Kautz, course notes (2006), *How to filter a cube map*: "filter each face separately, surrounded by other faces
-//! [Ashikhmin 2003] … there is no way to fill in the corners around the center face". One shift-invariant kernel of
-//! texels, as graphics hardware convolves, stands for the kernel on the sphere; its radius is right for the mean texel,
-//! too wide in the middle of a face (a texel there spans 2/N, the mean √(4π/6)/N) and too narrow towards the corners. In
-//! the corners nothing is there to filter and what is left is divided by its weight; a box filter without that division
-//! would darken them.
+//! Kautz, course notes (2006), *How to filter a cube map*: "filter each face separately, surrounded by other
+//! faces [Ashikhmin 2003] … there is no way to fill in the corners around the center face". One
+//! shift-invariant kernel of texels, as graphics hardware convolves, stands for the kernel on the sphere; its
+//! radius is right for the mean texel, too wide in the middle of a face (a texel there spans 2/N, the mean
+//! √(4π/6)/N) and too narrow towards the corners. In the corners nothing is there to filter and what is left
+//! is divided by its weight; a box filter without that division would darken them.
 
 use super::grid::each;
 use super::table::Table;

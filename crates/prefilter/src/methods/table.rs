@@ -1,8 +1,9 @@
 //! A kernel as a table over the squared chord, fine where the kernel is.
 //!
-//! Nodes are evenly spaced within each octave of t = 1 + chord²/width²: their index is the exponent and the leading
-//! digits of t as a float, and the digits after them are the weight of the next node. Kernels vary with t over t, so
-//! 256 nodes an octave err by about 1e-6 of the kernel near its peak, 1e-4 of what is left of it far out.
+//! Nodes are evenly spaced within each octave of t = 1 + chord²/width²: their index is the exponent and the
+//! leading digits of t as a float, and the digits after them are the weight of the next node. Kernels vary
+//! with t over t, so 256 nodes an octave err by about 1e-6 of the kernel near its peak, 1e-4 of what is left
+//! of it far out.
 
 use crate::Zonal;
 

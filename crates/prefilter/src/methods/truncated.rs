@@ -1,8 +1,9 @@
 //! The sum over the texels near a direction: the kernel's support cut where the part ε of it is left.
 //!
-//! Ramamoorthi & Hanrahan 2002, 5.6.4: of a Phong lobe all but ε lies within cos θ* = ε^{1/(s+1)}, which is the part
-//! W = (1 − ε^{1/(s+1)})/2 of all texels (5.30), so the cost is W S_L² for each texel of the map (5.32); ATI's
-//! CubeMapGen (2005) cuts so too. What is left is divided by its sum, else ε of the light would be lost.
+//! Ramamoorthi & Hanrahan 2002, 5.6.4: of a Phong lobe all but ε lies within cos θ* = ε^{1/(s+1)}, which is
+//! the part W = (1 − ε^{1/(s+1)})/2 of all texels (5.30), so the cost is W S_L² for each texel of the map
+//! (5.32); ATI's CubeMapGen (2005) cuts so too. What is left is divided by its sum, else ε of the light would
+//! be lost.
 
 use super::grid::each;
 use super::table::Table;
@@ -88,8 +89,8 @@ impl Near {
         ([all[0], all[1], all[2]], all[3], taps)
     }
 
-    /// The columns of row `j` within reach of a direction (height `y`, distance `rho` from the axis) at column
-    /// `centre`: up to two runs.
+    /// The columns of row `j` within reach of a direction (height `y`, distance `rho` from the axis) at
+    /// column `centre`: up to two runs.
     fn spans(&self, y: f64, rho: f64, centre: f64, j: usize) -> [Range<usize>; 2] {
         let [s, c, _] = self.rows[j];
         let (width, w) = (self.width, self.width as f64);

@@ -7,7 +7,8 @@ use steradian_simd::{Arch, Kernel, Vector};
 /// Planes that are made together.
 const TOGETHER: usize = 4;
 
-/// RGB planes from RGB planes by a matrix of rows. Sums are f32: a few dozen terms of numbers that are f32 themselves.
+/// RGB planes from RGB planes by a matrix of rows. Sums are f32: a few dozen terms of numbers that are f32
+/// themselves.
 pub(super) fn combine(matrix: &[Vec<f64>], ins: &[[Vec<f32>; 3]]) -> Vec<[Vec<f32>; 3]> {
     let texels = ins.first().map_or(0, |p| p[0].len());
     let mut outs: Vec<[Vec<f32>; 3]> =
@@ -100,7 +101,8 @@ fn block<V: Vector<T = f32>, const N: usize, const K: usize>(
     }
 }
 
-/// (AᵀWA)⁻¹AᵀW: what fits coefficients to samples by least squares. `None` where the samples do not tell them apart.
+/// (AᵀWA)⁻¹AᵀW: what fits coefficients to samples by least squares. `None` where the samples do not tell them
+/// apart.
 pub(super) fn least_squares(a: &[Vec<f64>], weights: Option<&[f64]>) -> Option<Vec<Vec<f64>>> {
     let n = a.first()?.len();
     let w = |k: usize| weights.map_or(Some(1.0), |w| w.get(k).copied());

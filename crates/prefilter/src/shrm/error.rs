@@ -1,15 +1,15 @@
 //! Errors that need no image: means over orientations from the spectra of light and kernel.
 //!
-//! Let the kernel about C at an elevation θ_o be Σ_lq κ_l|q| y_lq(wi') a_q(φ_o), so that B = Σ_lq κ_l|q| L'_lq(C) a_q(φ_o).
-//! Matrix elements of rotations are orthogonal, ∫ D^l_mq D̄^l'_m'q dC = 4π/(2l+1) δ_ll' δ_mm', and a_q² has mean 1, so
-//! over all central directions C and azimuths φ_o
+//! Let the kernel about C at an elevation θ_o be Σ_lq κ_l|q| y_lq(wi') a_q(φ_o), so that B = Σ_lq κ_l|q|
+//! L'_lq(C) a_q(φ_o). Matrix elements of rotations are orthogonal, ∫ D^l_mq D̄^l'_m'q dC = 4π/(2l+1) δ_ll'
+//! δ_mm', and a_q² has mean 1, so over all central directions C and azimuths φ_o
 //!
 //! ```text
 //! ⟨B²⟩ = Σ_l E_l/(2l+1) Σ_q κ_l|q|²,   E_l = Σ_m L_lm²,   q from −l to l
 //! ```
 //!
-//! exactly, with no cross terms between bands: the *difference* of two kernels gives the mean square error of one for
-//! the other, computed before any map is.
+//! exactly, with no cross terms between bands: the *difference* of two kernels gives the mean square error of
+//! one for the other, computed before any map is.
 
 use super::Term;
 
@@ -29,8 +29,8 @@ impl Row {
     }
 }
 
-/// ⟨B²⟩ of each channel for the kernel of one elevation, from E_l ([`ColumnsRgb::band_energies`]). Terms of the same q
-/// add up.
+/// ⟨B²⟩ of each channel for the kernel of one elevation, from E_l ([`ColumnsRgb::band_energies`]). Terms of
+/// the same q add up.
 ///
 /// [`ColumnsRgb::band_energies`]: steradian_sphere::sh::ColumnsRgb::band_energies
 pub fn mean_square(bands: &[[f64; 3]], terms: &[Term<'_>]) -> [f64; 3] {
@@ -131,8 +131,8 @@ pub fn lesser(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p: usize
 
 /// ε_B of (5.19) as printed, B_res = Λ_{F+1} (ε_L L_tot)(ε_ρ ρ_tot).
 ///
-/// No bound: a product of amplitudes Λ L ρ̂ has energies with Λ², which is larger while 4π > 2F + 3, and nothing is said
-/// of what P leaves out.
+/// No bound: a product of amplitudes Λ L ρ̂ has energies with Λ², which is larger while 4π > 2F + 3, and
+/// nothing is said of what P leaves out.
 pub fn printed_bound(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p: usize) -> f64 {
     let residual = lambda_square(f + 1).sqrt()
         * (light.epsilon(f) * light.total)
@@ -140,14 +140,15 @@ pub fn printed_bound(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p
     share(residual, reflected(light, kernel, f, p))
 }
 
-/// (5.19) repaired: an upper bound of the part of ⟨∫ B² dwo'⟩, the mean over all central directions, that orders (f, p)
-/// leave out.
+/// (5.19) repaired: an upper bound of the part of ⟨∫ B² dwo'⟩, the mean over all central directions, that
+/// orders (f, p) leave out.
 ///
 /// > B_res = Λ²_{F+1} (ε_L L_tot) Σ_{l>F} ρ̂² + Σ_{l≤F} Λ_l² E_l Σ_{p>P} ρ̂² + unknown · max(Λ_l² E_l)
 ///
-/// Above F a sum of products is at most the product of sums and Λ_l ≤ Λ_{F+1}; what P leaves out below F is a sum
-/// that is known; what of the kernel is in no listed (l, p) may stand anywhere. Since x/(c + x) grows with x, the
-/// accuracy 1 − ε that it states is never above the true one. A mean over directions: one image may be worse.
+/// Above F a sum of products is at most the product of sums and Λ_l ≤ Λ_{F+1}; what P leaves out below F is a
+/// sum that is known; what of the kernel is in no listed (l, p) may stand anywhere. Since x/(c + x) grows
+/// with x, the accuracy 1 − ε that it states is never above the true one. A mean over directions: one image
+/// may be worse.
 pub fn bound(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p: usize) -> f64 {
     // Orders beyond what is listed leave out no more than the listed ones do.
     let f = f.min(light.bands.len().min(kernel.bands.len()).saturating_sub(1));
@@ -208,8 +209,8 @@ mod tests {
         assert!((0..3).all(|c| (error[c] / rest[c] - 1.0).abs() < 1e-12));
     }
 
-    /// Truncated kernels of rough and smooth spectra: the repaired bound is above the true error at every order, and
-    /// the printed one is not.
+    /// Truncated kernels of rough and smooth spectra: the repaired bound is above the true error at every
+    /// order, and the printed one is not.
     #[test]
     fn the_repaired_bound_is_a_bound() {
         let order = 40;

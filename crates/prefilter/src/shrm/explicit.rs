@@ -1,7 +1,7 @@
 //! Tables instead of coefficients, and back: views, sets of local directions, the texture of elevations.
 //!
-//! Ramamoorthi & Hanrahan 2002, 5.6.2 "Conversion between SHRMs and explicit forms". Back it goes by least squares,
-//! which is integration where the directions are a quadrature.
+//! Ramamoorthi & Hanrahan 2002, 5.6.2 "Conversion between SHRMs and explicit forms". Back it goes by least
+//! squares, which is integration where the directions are a quadrature.
 
 use super::combine::{combine, least_squares};
 use super::global::{Global, harmonics, is_complete, local_maps, places};
@@ -13,8 +13,8 @@ use steradian_sphere::sh;
 /// Planes of linear RGB on a grid of central directions, one for each direction of the viewer.
 pub type Planes = Vec<[Vec<f32>; 3]>;
 
-/// The twelve views of Cabral, Olano & Nemec 1999: vertices of an icosahedron. A spherical 5-design: with it, fits up
-/// to P = 2 are integrals.
+/// The twelve views of Cabral, Olano & Nemec 1999: vertices of an icosahedron. A spherical 5-design: with it,
+/// fits up to P = 2 are integrals.
 pub fn icosahedron() -> [DVec3; 12] {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     std::array::from_fn(|k| {
@@ -46,15 +46,15 @@ pub fn views(global: &Global, directions: &[DVec3]) -> Planes {
     combine(&matrix, &global.planes)
 }
 
-/// Global maps up to P from views, by least squares. `None` where there are too few directions, or the planes are not
-/// one a direction, each of the grid's size.
+/// Global maps up to P from views, by least squares. `None` where there are too few directions, or the planes
+/// are not one a direction, each of the grid's size.
 pub fn from_views(grid: Grid, views: &[[Vec<f32>; 3]], directions: &[DVec3], p: usize) -> Option<Global> {
     let matrix: Vec<Vec<f64>> = directions.iter().map(|d| harmonics(p, *d)).collect();
     Some(Global { grid, p, planes: combine(&fit(grid, views, &matrix, None)?, views) })
 }
 
-/// Reflection maps of a set of local directions (θ_o, φ_o), each the same about every texel's frame (5.10). `None`
-/// unless the maps are those of [`super::pairs`] of `p`.
+/// Reflection maps of a set of local directions (θ_o, φ_o), each the same about every texel's frame (5.10).
+/// `None` unless the maps are those of [`super::pairs`] of `p`.
 pub fn local(maps: &CoefficientMaps, p: usize, directions: &[[f64; 2]]) -> Option<Planes> {
     is_complete(maps, p).then(|| combine(&local_matrix(p, directions), &maps.planes))
 }
@@ -69,8 +69,8 @@ fn local_matrix(p: usize, directions: &[[f64; 2]]) -> Vec<Vec<f64>> {
     directions.iter().map(row).collect()
 }
 
-/// Local maps up to P from those of a set of local directions, by least squares with weights (1 if there are none).
-/// `None` where the directions do not tell the terms apart, or planes do not fit.
+/// Local maps up to P from those of a set of local directions, by least squares with weights (1 if there are
+/// none). `None` where the directions do not tell the terms apart, or planes do not fit.
 pub fn from_local(
     grid: Grid,
     planes: &[[Vec<f32>; 3]],
@@ -82,8 +82,8 @@ pub fn from_local(
     Some(local_maps(grid, p, combine(&fit(grid, planes, &matrix, weights)?, planes)))
 }
 
-/// Kautz & McCool's texture of elevations θ_o (5.25): Σ_p B_p0 f_p0(θ_o), without what depends on azimuth. `None`
-/// unless the first maps are those with q = 0 of p = 0 … P.
+/// Kautz & McCool's texture of elevations θ_o (5.25): Σ_p B_p0 f_p0(θ_o), without what depends on azimuth.
+/// `None` unless the first maps are those with q = 0 of p = 0 … P.
 pub fn texture_3d(maps: &CoefficientMaps, p: usize, elevations: &[f64]) -> Option<Planes> {
     let zonal = (0..=p).all(|term| maps.keys.get(term) == Some(&Key { term, q: 0 }));
     (zonal && maps.planes.len() > p).then(|| combine(&zonal_matrix(p, elevations), &maps.planes[..=p]))
@@ -93,7 +93,8 @@ fn zonal_matrix(p: usize, elevations: &[f64]) -> Vec<Vec<f64>> {
     elevations.iter().map(|t| sh::legendre(0, p, t.cos(), t.sin())).collect()
 }
 
-/// Maps with q = 0 of p = 0 … P from a texture of elevations, by least squares with weights (1 if there are none).
+/// Maps with q = 0 of p = 0 … P from a texture of elevations, by least squares with weights (1 if there are
+/// none).
 pub fn from_texture_3d(
     grid: Grid,
     planes: &[[Vec<f32>; 3]],

@@ -1,7 +1,8 @@
 //! The sum over m: rows of texels from cells.
 //!
-//! Up to an order of [`DIRECT`], and with columns in fours, by a product with cos mβ and sin mβ over a quarter of the
-//! circle, which the parities of m and of the sine unfold; else by a complex FFT of two rows at once.
+//! Up to an order of [`DIRECT`], and with columns in fours, by a product with cos mβ and sin mβ over a
+//! quarter of the circle, which the parities of m and of the sine unfold; else by a complex FFT of two rows
+//! at once.
 
 use super::recursion::RINGS;
 use std::f64::consts::PI;
@@ -72,8 +73,8 @@ impl Fourier {
         Self { order, columns, transform }
     }
 
-    /// Texels from cells: `cell(m)` are the cosine's north and south, then the sine's, over the block's rings, each
-    /// starting where it says.
+    /// Texels from cells: `cell(m)` are the cosine's north and south, then the sine's, over the block's
+    /// rings, each starting where it says.
     pub(super) fn rows<'c>(
         &self,
         cell: impl Fn(usize) -> [&'c [f64]; 4],
@@ -213,8 +214,8 @@ impl Kernel for Direct<'_> {
     }
 }
 
-/// Sums of ROWS rows over the quarter's columns from t, N registers of them; 0 where the table is empty, as those of
-/// odd m are in order 0.
+/// Sums of ROWS rows over the quarter's columns from t, N registers of them; 0 where the table is empty, as
+/// those of odd m are in order 0.
 #[inline(always)]
 fn product<V: Vector<T = f64>, const N: usize>(
     rows: &[f64],

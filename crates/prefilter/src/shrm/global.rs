@@ -1,7 +1,8 @@
 //! Global maps: coefficients over world directions of the viewer, for a viewer far away.
 //!
-//! Ramamoorthi & Hanrahan 2002, 5.11–5.14: Σ_s B_ps(C) y_ps(R_C⁻¹ wo) = Σ_q B̂_pq(C) y_pq(wo). Unlike B_pq, which turns
-//! with the frame, B̂_pq is one function of the sphere, of the band of the light plus p: it fits any layout.
+//! Ramamoorthi & Hanrahan 2002, 5.11–5.14: Σ_s B_ps(C) y_ps(R_C⁻¹ wo) = Σ_q B̂_pq(C) y_pq(wo). Unlike B_pq,
+//! which turns with the frame, B̂_pq is one function of the sphere, of the band of the light plus p: it fits
+//! any layout.
 
 use super::combine::combine;
 use super::{CoefficientMaps, Grid, Key, Plan, Term, pairs};
@@ -72,11 +73,11 @@ pub fn exact_grid(band: usize) -> Grid {
     Grid::new(2 * band + 1, (2 * band + 1).next_multiple_of(4))
 }
 
-/// B̂_pq as coefficients, in the order p² + p + q, of terms ρ̂_lpq in the order of [`pairs`] of `p`: what [`cube`],
-/// [`image()`] and [`PointSynthesis`] read anywhere.
+/// B̂_pq as coefficients, in the order p² + p + q, of terms ρ̂_lpq in the order of [`pairs`] of `p`: what
+/// [`cube`], [`image()`] and [`PointSynthesis`] read anywhere.
 ///
-/// Each is of band `order` + p, `order` the highest band of light that counts. Where the terms are not those of
-/// `pairs(p)`, there are none.
+/// Each is of band `order` + p, `order` the highest band of light that counts. Where the terms are not those
+/// of `pairs(p)`, there are none.
 pub fn coefficients(
     light: &ColumnsRgb,
     order: usize,
@@ -92,8 +93,8 @@ pub fn coefficients(
 }
 
 impl Global {
-    /// Coefficients of each plane's function up to `band`: exact if the function has no higher band and the grid is at
-    /// least [`exact_grid`]'s.
+    /// Coefficients of each plane's function up to `band`: exact if the function has no higher band and the
+    /// grid is at least [`exact_grid`]'s.
     pub fn coefficients(&self, band: usize) -> Vec<ColumnsRgb> {
         let (width, height) = (self.grid.columns(), self.grid.rows());
         let plan = ShTransform::new(band, width, height, sh::Grid::ClenshawCurtis);

@@ -3,8 +3,9 @@
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// The frame [x', y', z'] about the central direction c (of any length but 0): z' = c, x' = ∂c/∂α, y' = z' × x', with
-/// α = acos(c.y) and β = atan2(c.z, c.x) as in lat-long images. Right-handed. At the poles β counts as 0.
+/// The frame [x', y', z'] about the central direction c (of any length but 0): z' = c, x' = ∂c/∂α, y' = z' ×
+/// x', with α = acos(c.y) and β = atan2(c.z, c.x) as in lat-long images. Right-handed. At the poles β counts
+/// as 0.
 ///
 /// φ about c is measured from x' towards y'.
 pub fn frame(c: DVec3) -> [DVec3; 3] {
@@ -31,12 +32,13 @@ pub fn angles_in(frame: &[DVec3; 3], w: DVec3) -> [f64; 2] {
     [x.hypot(y).atan2(z), if x == 0.0 && y == 0.0 { 0.0 } else { y.atan2(x) }]
 }
 
-/// A lat-long grid of central directions whose first and last rows lie on the poles: row i at α = πi/(rows − 1),
-/// column j at β = 2π(j + ½)/columns − π, texel centres at half-integers as in lat-long images. (Rows and columns of
-/// the sphere's Clenshaw–Curtis grid.)
+/// A lat-long grid of central directions whose first and last rows lie on the poles: row i at α = πi/(rows −
+/// 1), column j at β = 2π(j + ½)/columns − π, texel centres at half-integers as in lat-long images. (Rows and
+/// columns of the sphere's Clenshaw–Curtis grid.)
 ///
-/// A pole is one direction but as many texels as there are columns: the frame turns with β, and so do the values of
-/// maps with q ≠ 0. Bilinear interpolation in (α, β) is therefore continuous in the frame and right up to the poles.
+/// A pole is one direction but as many texels as there are columns: the frame turns with β, and so do the
+/// values of maps with q ≠ 0. Bilinear interpolation in (α, β) is therefore continuous in the frame and right
+/// up to the poles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Grid {
     rows: usize,
@@ -84,8 +86,8 @@ impl Grid {
         frame_at(self.alpha(i), self.beta(j))
     }
 
-    /// The four texels about a direction (index in a plane, row-major) and their bilinear weights, with the frame to
-    /// read what they interpolate in: [`frame`] of `c`.
+    /// The four texels about a direction (index in a plane, row-major) and their bilinear weights, with the
+    /// frame to read what they interpolate in: [`frame`] of `c`.
     pub fn bilinear(self, c: DVec3) -> [(usize, f64); 4] {
         let alpha = c.x.hypot(c.z).atan2(c.y);
         let beta = if c.x == 0.0 && c.z == 0.0 { 0.0 } else { c.z.atan2(c.x) };

@@ -3,7 +3,8 @@
 use super::Grid;
 use glam::DVec3;
 
-/// Which map: the term that it belongs to, by its place in what [`super::Plan::maps`] was given, and q with its sign.
+/// Which map: the term that it belongs to, by its place in what [`super::Plan::maps`] was given, and q with
+/// its sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Key {
     /// Place of the term.
@@ -12,7 +13,8 @@ pub struct Key {
     pub q: i32,
 }
 
-/// B_q(α, β) of every term, in the order of the terms, +q before −q: planes of linear RGB, row-major over [`Grid`].
+/// B_q(α, β) of every term, in the order of the terms, +q before −q: planes of linear RGB, row-major over
+/// [`Grid`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoefficientMaps {
     /// Where the texels stand.

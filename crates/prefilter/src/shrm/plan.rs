@@ -16,7 +16,8 @@ const KEPT: usize = 64 << 20;
 /// Bytes of cells that are in memory at a time, about.
 const CELLS: usize = 64 << 20;
 
-/// One product of light and kernel: B_±q(C) = Σ_l k_l L'_l,±q(C), L' the light's coefficients in the frame about C.
+/// One product of light and kernel: B_±q(C) = Σ_l k_l L'_l,±q(C), L' the light's coefficients in the frame
+/// about C.
 #[derive(Debug, Clone, Copy)]
 pub struct Term<'a> {
     /// Azimuthal order; 0 makes one map, others make two.
@@ -25,10 +26,11 @@ pub struct Term<'a> {
     pub k: [&'a [f64]; 3],
 }
 
-/// A plan for maps from light up to an order: the rotations' coefficients u±_lmq(α) and Fourier tables of a grid.
+/// A plan for maps from light up to an order: the rotations' coefficients u±_lmq(α) and Fourier tables of a
+/// grid.
 ///
-/// Recursions are shared by all terms of a q and the three channels, north and south; sums are f64 in a fixed order,
-/// so the threads' number changes no bit. A plan may serve many threads.
+/// Recursions are shared by all terms of a q and the three channels, north and south; sums are f64 in a fixed
+/// order, so the threads' number changes no bit. A plan may serve many threads.
 pub struct Plan {
     order: usize,
     grid: Grid,
@@ -41,8 +43,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Plans maps on `grid` of light up to band `order`; terms up to `q_max` are the quickest (others may be asked
-    /// for). Stable to order 1023 and beyond.
+    /// Plans maps on `grid` of light up to band `order`; terms up to `q_max` are the quickest (others may be
+    /// asked for). Stable to order 1023 and beyond.
     pub fn new(order: usize, q_max: usize, grid: Grid) -> Self {
         let pairs = grid.rows().div_ceil(2);
         let alpha: Vec<f64> = (0..pairs).map(|i| grid.alpha(i)).collect();
@@ -75,8 +77,8 @@ impl Plan {
         self.grid
     }
 
-    /// The maps of all terms (see [`Term`] and [`CoefficientMaps`]). Coefficients over world axes become columns by
-    /// [`ColumnsRgb::from_world`].
+    /// The maps of all terms (see [`Term`] and [`CoefficientMaps`]). Coefficients over world axes become
+    /// columns by [`ColumnsRgb::from_world`].
     pub fn maps(
         &self,
         light: &ColumnsRgb,

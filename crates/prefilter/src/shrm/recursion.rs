@@ -1,8 +1,9 @@
-//! What turns y_lq about the pole into y_lq about another direction: combinations of Wigner's d over a block of rings.
+//! What turns y_lq about the pole into y_lq about another direction: combinations of Wigner's d over a block
+//! of rings.
 //!
-//! With u = (x, z, y), in which the image's pole is z, the frame at (α, β) is the rotation R_z(β) R_y(α) but for the
-//! sign of y'. From D^l_mq = e^{−imβ} d^l_mq(α) (Ramamoorthi & Hanrahan 2002, 5.8) and the real basis without
-//! Condon–Shortley signs, for m ≥ 0, q ≥ 0:
+//! With u = (x, z, y), in which the image's pole is z, the frame at (α, β) is the rotation R_z(β) R_y(α) but
+//! for the sign of y'. From D^l_mq = e^{−imβ} d^l_mq(α) (Ramamoorthi & Hanrahan 2002, 5.8) and the real basis
+//! without Condon–Shortley signs, for m ≥ 0, q ≥ 0:
 //!
 //! ```text
 //! y_lq(R⁻¹w)  = Σ_m u⁺_lmq(α) (Y_lm(u) cos mβ + Y_l,−m(u) sin mβ)
@@ -19,8 +20,8 @@
 //! A_l = (l+1)(2l+1)/s_{l+1},  B_l = A_l mq/(l(l+1)),  C_l = (l+1) s_l/(l s_{l+1}),  s_l = √((l² − m²)(l² − q²))
 //! ```
 //!
-//! upwards, which is stable (D grows into its oscillating region), with exponents of their own so that seeds of
-//! any order survive (the idea of libsharp, Reinecke & Seljebotn 2013).
+//! upwards, which is stable (D grows into its oscillating region), with exponents of their own so that seeds
+//! of any order survive (the idea of libsharp, Reinecke & Seljebotn 2013).
 
 use steradian_simd::{Arch, Kernel};
 

@@ -4,10 +4,11 @@
 //!
 //! > e(t) = 5/3 + cos t/3 − 4(1 − cos t)/t² ≈ t⁴/120.
 //!
-//! For light of given band energies in any orientation, L'_lq seen along a meridian has frequency n with the share
+//! For light of given band energies in any orientation, L'_lq seen along a meridian has frequency n with the
+//! share
 //! |d^l_nq(π/2)|² of E_l/(2l+1), since moving along it turns about y'; around a parallel every m has the share
-//! 1/(2l+1) of the mean over the sphere. Both errors come together: as waves of all directions, ⟨n²m²⟩ = l⁴/12 beside
-//! ⟨n⁴⟩ = 3l⁴/8 and ⟨m⁴⟩ = l⁴/5 makes their correlation 0.25.
+//! 1/(2l+1) of the mean over the sphere. Both errors come together: as waves of all directions, ⟨n²m²⟩ =
+//! l⁴/12 beside ⟨n⁴⟩ = 3l⁴/8 and ⟨m⁴⟩ = l⁴/5 makes their correlation 0.25.
 
 use super::error::{mean_square, mean_square_error};
 use super::recursion::{Column, Fill, Rings, steps};
@@ -17,7 +18,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Correlation of the errors of interpolation along meridians and parallels: (1/12)(1/144)·120/√(3/40).
 const CORRELATION: f64 = 0.2536;
 
-/// e(t): mean square error of linear interpolation of a wave of amplitude 1 between samples t radians of it apart.
+/// e(t): mean square error of linear interpolation of a wave of amplitude 1 between samples t radians of it
+/// apart.
 pub fn linear(t: f64) -> f64 {
     if t < 0.05 {
         return t.powi(4) / 120.0;
@@ -70,8 +72,8 @@ impl Frequencies {
         relative(&self.beta, 2.0 * PI / columns.max(1) as f64)
     }
 
-    /// The smallest grid (about) whose error is within `tolerance`: rows and columns share it. Columns are a multiple
-    /// of 4; none of the two exceeds 16384.
+    /// The smallest grid (about) whose error is within `tolerance`: rows and columns share it. Columns are a
+    /// multiple of 4; none of the two exceeds 16384.
     pub fn grid(&self, tolerance: f64) -> Grid {
         let each = tolerance / (2.0 + 2.0 * CORRELATION).sqrt();
         let rows = least(|n| self.rows_error(n) <= each);
@@ -117,8 +119,8 @@ fn along_meridian(n: usize, q: usize, order: usize, energies: &[f64]) -> f64 {
     rows.zip(energies.iter().skip(column.first)).map(|(row, e)| share * e * square(row)).sum()
 }
 
-/// Relative RMS error of linear interpolation over elevations when of a fine table of kernels only every `step`-th is
-/// kept, the last one always: mean over the elevations of the table.
+/// Relative RMS error of linear interpolation over elevations when of a fine table of kernels only every
+/// `step`-th is kept, the last one always: mean over the elevations of the table.
 pub fn elevations_error(bands: &[[f64; 3]], table: &[Vec<Term<'_>>], step: usize) -> f64 {
     let (step, last) = (step.max(1), table.len().saturating_sub(1));
     let (mut error, mut signal) = (0.0, 0.0);
@@ -141,8 +143,8 @@ fn scaled(terms: &[Term<'_>], factor: f64) -> Vec<super::error::Row> {
     terms.iter().map(|t| super::error::Row { q: t.q, k: t.k.map(scale) }).collect()
 }
 
-/// T: how many evenly spaced elevations of a fine table must be kept for linear interpolation between them to stay
-/// within `tolerance`; the whole table where it never does.
+/// T: how many evenly spaced elevations of a fine table must be kept for linear interpolation between them to
+/// stay within `tolerance`; the whole table where it never does.
 pub fn elevations(bands: &[[f64; 3]], table: &[Vec<Term<'_>>], tolerance: f64) -> usize {
     let last = table.len().saturating_sub(1);
     let divides = |step: &usize| last.is_multiple_of(*step);
@@ -150,7 +152,8 @@ pub fn elevations(bands: &[[f64; 3]], table: &[Vec<Term<'_>>], tolerance: f64) -
     last / wide.unwrap_or(1).max(1) + usize::from(!table.is_empty())
 }
 
-/// T: how many azimuths φ_o linear interpolation about the whole circle needs, from the terms of an elevation.
+/// T: how many azimuths φ_o linear interpolation about the whole circle needs, from the terms of an
+/// elevation.
 pub fn azimuths(bands: &[[f64; 3]], terms: &[Term<'_>], tolerance: f64) -> usize {
     let last = terms.iter().map(|t| t.q).max().unwrap_or(0);
     let of = |q: usize| {
@@ -203,8 +206,8 @@ mod tests {
         (error / signal).sqrt()
     }
 
-    /// A Phong-like kernel of order F and one with azimuth: measured errors are the predicted ones, and S = 10 F
-    /// leaves about one per cent.
+    /// A Phong-like kernel of order F and one with azimuth: measured errors are the predicted ones, and S =
+    /// 10 F leaves about one per cent.
     #[test]
     fn predictions_are_met() {
         let f = 12;

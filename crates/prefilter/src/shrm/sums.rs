@@ -8,7 +8,8 @@
 //! −q:  S^c_m = −Σ_l u⁻ k_l c_l,−m,  S^s_m = Σ_l u⁻ k_l c_lm
 //! ```
 //!
-//! Bands of even and odd l + m are summed apart: the southern ring at π − α is ±(−1)^q times their difference.
+//! Bands of even and odd l + m are summed apart: the southern ring at π − α is ±(−1)^q times their
+//! difference.
 
 use super::recursion::{Column, RINGS};
 use steradian_simd::{Arch, Kernel, Vector};

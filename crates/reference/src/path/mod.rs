@@ -1,10 +1,10 @@
 //! The reference where there is visibility: a path tracer.
 //!
 //! Distant light and reflectance are both sampled at every vertex and combined by the balance heuristic;
-//! directional and point lights are summed. One bounce is direct light. Every pixel and every point has random
-//! numbers of its own, made of the seed and its index, so that nothing depends on the number of threads; each
-//! mean comes with the variance of that mean. Texels are constant over their exact lat-long cells. Surfaces
-//! seen from behind (n·wo ≤ 0) are black.
+//! directional and point lights are summed. One bounce is direct light. Every pixel and every point has
+//! random numbers of its own, made of the seed and its index, so that nothing depends on the number of
+//! threads; each mean comes with the variance of that mean. Texels are constant over their exact lat-long
+//! cells. Surfaces seen from behind (n·wo ≤ 0) are black.
 
 mod photograph;
 mod probes;

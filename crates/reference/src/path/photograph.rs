@@ -1,7 +1,7 @@
 //! Photographs of a surface that repeats, under one directional light after the other.
 //!
-//! A path is followed once for all lights: at each of its vertices every light is added that reaches it. Rays leave a period at its side and
-//! enter the next one there, so that the surface has no end.
+//! A path is followed once for all lights: at each of its vertices every light is added that reaches it. Rays
+//! leave a period at its side and enter the next one there, so that the surface has no end.
 
 use super::random::Random;
 use super::tracer::Vertex;
@@ -15,7 +15,8 @@ use steradian_sphere::Frame;
 
 /// Periods that a ray passes through at most.
 const MOST_PERIODS: usize = 256;
-/// How far beside its middle a pixel is looked at by a single path, in pixels: vertices of height fields lie in the middles.
+/// How far beside its middle a pixel is looked at by a single path, in pixels: vertices of height fields lie
+/// in the middles.
 const ASIDE: DVec2 = DVec2::new(1.1e-3, 1.7e-3);
 
 /// A surface over the plane of x and y, seen from z, that repeats.
@@ -42,15 +43,18 @@ pub struct Patch<'a> {
 /// Photographs of one view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Photographs {
-    /// Radiance under an irradiance of 1 across the direction of each light, sr⁻¹: `[pixel][light]`, rows from the top.
+    /// Radiance under an irradiance of 1 across the direction of each light, sr⁻¹: `[pixel][light]`, rows
+    /// from the top.
     pub rgb: Vec<[f32; 3]>,
-    /// Estimated variance of these numbers, the mean over pixels and colours, of each light; 0 where nothing is random.
+    /// Estimated variance of these numbers, the mean over pixels and colours, of each light; 0 where nothing
+    /// is random.
     pub variance: Vec<f64>,
 }
 
-/// The pictures of `width` · `height` pixels of a patch from the unit direction `view` under a directional light from each of the unit
-/// directions `lights`, all above the plane. One path a pixel looks at its middle, more of them at random points of it. Random numbers
-/// come from the seed, `picture` and the pixel: the same bits whatever the number of threads.
+/// The pictures of `width` · `height` pixels of a patch from the unit direction `view` under a directional
+/// light from each of the unit directions `lights`, all above the plane. One path a pixel looks at its
+/// middle, more of them at random points of it. Random numbers come from the seed, `picture` and the pixel:
+/// the same bits whatever the number of threads.
 ///
 /// # Errors
 /// If the task was cancelled.
@@ -197,7 +201,8 @@ impl<'a> Walk<'a> {
         Ray { origin: origin.as_vec3(), direction: d.as_vec3().normalize() }
     }
 
-    /// The first of what `f` finds in the periods along a line, which gets how far each period is off the mesh.
+    /// The first of what `f` finds in the periods along a line, which gets how far each period is off the
+    /// mesh.
     fn along<T>(&self, o: DVec3, d: DVec3, mut f: impl FnMut(DVec2) -> Option<T>) -> Option<T> {
         let [bottom, top] = self.range;
         let reach = |z: f64| (z - o.z) / d.z;
@@ -252,8 +257,8 @@ impl<'a> Walk<'a> {
         self.along(o, d, hit)
     }
 
-    /// A point of the surface, in the period of the mesh. Where the interpolated normal turns away from the path, the triangle's own takes
-    /// its place.
+    /// A point of the surface, in the period of the mesh. Where the interpolated normal turns away from the
+    /// path, the triangle's own takes its place.
     fn vertex(&self, d: DVec3, s: &Surface) -> Vertex<'a> {
         let side = s.geometric_normal.as_dvec3();
         let smooth = s.normal.as_dvec3().normalize();

@@ -23,7 +23,8 @@ pub struct ProbeEstimate {
     pub behind: f64,
 }
 
-/// Results that are kept from an interrupted computation, and those that are finished now, by number; `()` keeps none.
+/// Results that are kept from an interrupted computation, and those that are finished now, by number; `()`
+/// keeps none.
 pub trait Kept<T>: Sync {
     /// What was kept.
     fn read(&self, number: usize) -> Option<T>;
@@ -70,10 +71,11 @@ impl ProbeEstimate {
     }
 }
 
-/// Harmonics of `bands` of the radiance that arrives at `points`: distant light where nothing stands in its way, disks,
-/// directional and point lights among it, and what surfaces reflect in `bounces` reflections at most. A sample is a direction
-/// of the sphere, stratified in height, and one drawn from distant light; the balance heuristic joins them. The same bits
-/// whatever the number of threads. Probes that are `kept` are not traced again.
+/// Harmonics of `bands` of the radiance that arrives at `points`: distant light where nothing stands in its
+/// way, disks, directional and point lights among it, and what surfaces reflect in `bounces` reflections at
+/// most. A sample is a direction of the sphere, stratified in height, and one drawn from distant light; the
+/// balance heuristic joins them. The same bits whatever the number of threads. Probes that are `kept` are not
+/// traced again.
 ///
 /// # Errors
 /// If the task was cancelled.
@@ -102,7 +104,8 @@ pub fn trace_probes(
     out
 }
 
-/// Directions that are drawn from distant light, of those of texels: light varies less within a texel than over the sphere.
+/// Directions that are drawn from distant light, of those of texels: light varies less within a texel than
+/// over the sphere.
 const LIGHT_PATHS: f64 = 0.125;
 
 /// Incident light at a point as an image.
@@ -114,11 +117,12 @@ pub struct ProbeImage {
     pub noise: f64,
 }
 
-/// Lat-long images of `height` rows and twice as many columns, in texel means, of the radiance that arrives at `points`, of
-/// the light that [`trace_probes`] takes. `samples` counts the paths of a texel (an even number of them, two at least), of
-/// random directions in it; an eighth as many directions of the whole sphere are drawn from distant light, and the power
-/// heuristic joins them. Directional and point lights fall into the texel that they come from. The same bits whatever the
-/// number of threads. Images that are `kept` are not traced again.
+/// Lat-long images of `height` rows and twice as many columns, in texel means, of the radiance that arrives
+/// at `points`, of the light that [`trace_probes`] takes. `samples` counts the paths of a texel (an even
+/// number of them, two at least), of random directions in it; an eighth as many directions of the whole
+/// sphere are drawn from distant light, and the power heuristic joins them. Directional and point lights fall
+/// into the texel that they come from. The same bits whatever the number of threads. Images that are `kept`
+/// are not traced again.
 ///
 /// # Errors
 /// If the task was cancelled.
@@ -197,8 +201,8 @@ fn half_environment(
     let (w, h) = (to.width, to.height);
     let n = f64::from(options.samples);
     let lights = (w * h) as f64 * n * LIGHT_PATHS;
-    // Expected numbers of directions in a steradian that are drawn from a texel and from the light, over the sum of their
-    // squares: the power heuristic (Veach & Guibas 1995).
+    // Expected numbers of directions in a steradian that are drawn from a texel and from the light, over the
+    // sum of their squares: the power heuristic (Veach & Guibas 1995).
     let weights = |j: usize, pdf: f64| {
         let (a, b) = (n / row_solid_angle_of(w, h, j), lights * pdf);
         let all = a * a + b * b;
@@ -299,7 +303,8 @@ fn probe(tracer: &Tracer<'_>, p: DVec3, order: usize, options: PathOptions, inde
     ProbeEstimate { light: mean, variance: squares, behind: f64::from(behind) / n.max(1.0) }
 }
 
-/// Directional and point lights, which have no extent: their directions and irradiances, where nothing stands before them.
+/// Directional and point lights, which have no extent: their directions and irradiances, where nothing stands
+/// before them.
 fn delta_lights(tracer: &Tracer<'_>, p: DVec3, mut add: impl FnMut(DVec3, [f64; 3])) {
     let mut open = |d: DVec3, e: [f64; 3], distance: f64| {
         if d != DVec3::ZERO && !tracer.scene.bvh.occluded(&ray(p, d), distance as f32) {

@@ -40,7 +40,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Radiance of the surface that a ray meets, `None` where it meets none; and whether it is met from behind.
+    /// Radiance of the surface that a ray meets, `None` where it meets none; and whether it is met from
+    /// behind.
     pub fn arriving(&self, ray: &Ray, bounces: u32, random: &mut Random) -> (Option<[f64; 3]>, bool) {
         let Some(hit) = self.scene.bvh.closest(ray, f32::INFINITY) else { return (None, false) };
         let surface = self.scene.mesh.surface(&hit);

@@ -3,7 +3,8 @@
 use super::legendre::{CHECKS, N, RULE, Row, Wide, WideSquare, polynomials, wide};
 use steradian_simd::{Arch, Kernel, run};
 
-/// A function sampled on the Gauss grid, `[channel][x][y]`, at the check points, and where the light is brightest.
+/// A function sampled on the Gauss grid, `[channel][x][y]`, at the check points, and where the light is
+/// brightest.
 #[derive(Debug, Clone)]
 pub(super) struct Samples {
     /// At Gauss nodes.

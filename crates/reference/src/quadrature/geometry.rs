@@ -85,7 +85,8 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    /// Of a rectangle. The chord between (φ, θ) and (φ', θ') is 4 sin²(Δθ/2) + 4 sin θ sin θ' sin²(Δφ/2), squared.
+    /// Of a rectangle. The chord between (φ, θ) and (φ', θ') is 4 sin²(Δθ/2) + 4 sin θ sin θ' sin²(Δφ/2),
+    /// squared.
     pub fn new(rect: Rect) -> Self {
         let (angular, [phi, theta]) = (rect.angular(), rect.centre());
         let reach = 0.5 * angular[0].hypot(angular[1]);
@@ -137,8 +138,8 @@ impl Nodes {
     }
 }
 
-/// Sine and cosine of `a` + `d` from those of `a`: for small d by the addition theorem and Taylor polynomials, whose
-/// error of d¹³/13! is below rounding; several times as fast as the library's.
+/// Sine and cosine of `a` + `d` from those of `a`: for small d by the addition theorem and Taylor
+/// polynomials, whose error of d¹³/13! is below rounding; several times as fast as the library's.
 fn beside((sin, cos): (f64, f64), a: f64, d: f64) -> (f64, f64) {
     const SMALL: f64 = 0.25;
     if d.abs() > SMALL {

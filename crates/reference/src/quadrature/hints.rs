@@ -40,8 +40,8 @@ pub(super) struct Hints {
 impl Hints {
     /// From a reflectance's lobes; those that are not finite are dropped.
     ///
-    /// A ridge of half vectors narrows along its cone towards grazing, where n·h is small; as much as n·wo does
-    /// (`cosine`), which a single width cannot tell.
+    /// A ridge of half vectors narrows along its cone towards grazing, where n·h is small; as much as n·wo
+    /// does (`cosine`), which a single width cannot tell.
     pub fn new(lobes: &[Lobe], cosine: f64, tolerance: f64) -> Self {
         let narrowing = cosine.clamp(0.02, 1.0);
         let ridge = |lobe: &Lobe| {

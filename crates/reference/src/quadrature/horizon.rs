@@ -77,7 +77,8 @@ impl Horizon {
         }
     }
 
-    /// Azimuths inside (φ0, φ1), ascending, where the horizon passes through the rectangle's edges θ = t0, t1.
+    /// Azimuths inside (φ0, φ1), ascending, where the horizon passes through the rectangle's edges θ = t0,
+    /// t1.
     ///
     /// B cos(φ − φ_n) = −n_y cot θ.
     pub fn breaks(&self, rect: &Rect) -> Vec<f64> {

@@ -31,7 +31,8 @@ pub(super) fn wide(row: &Row) -> Wide {
 pub(super) struct Rule {
     /// Nodes.
     pub x: Row,
-    /// Discrete transform: c_i = Σ_q `to_degree[i][q]` g(x_q) are the Legendre coefficients of the interpolant.
+    /// Discrete transform: c_i = Σ_q `to_degree[i][q]` g(x_q) are the Legendre coefficients of the
+    /// interpolant.
     pub to_degree: Square,
     /// The same, node first.
     pub of_node: WideSquare,

@@ -1,14 +1,15 @@
-//! The reference: deterministic adaptive quadrature of L_o = ∫ L(wi) f(wi, wo) ⟨n·wi⟩ dwi, without visibility.
+//! The reference: deterministic adaptive quadrature of L_o = ∫ L(wi) f(wi, wo) ⟨n·wi⟩ dwi, without
+//! visibility.
 //!
 //! Each distant light is a set of rectangles in polar coordinates (φ, θ) of some chart: the image's blocks of
 //! texels in the world's, a disk's in polar coordinates about its centre. On a rectangle, g = f_cos sin θ is
-//! sampled on a 6 × 6 Gauss grid and interpolated; the integral of the interpolant against the light is exact,
-//! by moments of L that a pyramid holds for every block (product integration). So light of any contrast costs
-//! nothing where the reflectance is smooth. The error is estimated from the decay of the interpolant's
-//! Legendre coefficients and from five check points. Rectangles are cut, the worst first, until the errors sum
-//! to the tolerance; below single texels too. Rectangles larger than the lobes that a reflectance names are
-//! cut before they are trusted, and at the horizon n·wi = 0, where f_cos has a kink or a jump, texels are
-//! integrated up to the analytic curve.
+//! sampled on a 6 × 6 Gauss grid and interpolated; the integral of the interpolant against the light is
+//! exact, by moments of L that a pyramid holds for every block (product integration). So light of any
+//! contrast costs nothing where the reflectance is smooth. The error is estimated from the decay of the
+//! interpolant's Legendre coefficients and from five check points. Rectangles are cut, the worst first, until
+//! the errors sum to the tolerance; below single texels too. Rectangles larger than the lobes that a
+//! reflectance names are cut before they are trusted, and at the horizon n·wi = 0, where f_cos has a kink or
+//! a jump, texels are integrated up to the analytic curve.
 
 mod cells;
 mod engine;
@@ -68,8 +69,8 @@ pub enum ReferenceError {
 pub struct Estimate {
     /// Radiance, W sr⁻¹ m⁻².
     pub rgb: [f64; 3],
-    /// Estimated relative error: the largest absolute error of a channel over the largest channel. 0 where the
-    /// radiance is exactly zero; infinite where the reflectance is not finite, or a point light has no
+    /// Estimated relative error: the largest absolute error of a channel over the largest channel. 0 where
+    /// the radiance is exactly zero; infinite where the reflectance is not finite, or a point light has no
     /// position to be seen from.
     pub error: f64,
     /// How often f_cos was evaluated.

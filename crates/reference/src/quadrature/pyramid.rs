@@ -9,8 +9,8 @@ use super::legendre::{N, affine};
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 
-/// Cells of a stored leaf: few in images of up to [`FINE`] leaves, more in larger ones, whose tree would not fit into a
-/// cache.
+/// Cells of a stored leaf: few in images of up to [`FINE`] leaves, more in larger ones, whose tree would not
+/// fit into a cache.
 const LEAF: [usize; 2] = [4, 32];
 
 /// Leaves up to which they are made small.

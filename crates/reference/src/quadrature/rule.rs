@@ -67,8 +67,8 @@ pub(super) struct Found {
 /// ∫ L g dφ dθ with g = f_cos sin θ, by product integration: g's interpolant against the moments of L.
 ///
 /// With L = L̄ + (L − L̄), the error is at most L̄ times that of Gauss–Legendre for g, plus ∫|L − L̄| times
-/// the largest error of the interpolant. Where the `horizon` crosses, g is not smooth, and only ∫|L| times that
-/// error is to be trusted.
+/// the largest error of the interpolant. Where the `horizon` crosses, g is not smooth, and only ∫|L| times
+/// that error is to be trusted.
 pub(super) fn product(
     g: &mut Integrand<'_>,
     chart: &Chart,
@@ -101,8 +101,8 @@ pub(super) fn product(
     Found { value, error, axis: axis(&fits, rect) }
 }
 
-/// Largest |g − interpolant| at the corners and on both sides of the horizon, where a jump of g shows that the
-/// Gauss grid may have missed.
+/// Largest |g − interpolant| at the corners and on both sides of the horizon, where a jump of g shows that
+/// the Gauss grid may have missed.
 fn missed_at_horizon(
     g: &mut Integrand<'_>,
     chart: &Chart,

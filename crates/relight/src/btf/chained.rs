@@ -1,15 +1,17 @@
 //! A chain of sums of products.
 //!
-//! Suykens, vom Berge, Lagae & Dutré (2003), *Interactive Rendering with Bidirectional Texture Functions*: the function is a sum of products of a
-//! table over texel and half vector and one over the difference vector (Rusinkiewicz 1998: the light's direction in the frame of the half
-//! vector), and what it leaves as a factor is chained to it, here one over the light:
+//! Suykens, vom Berge, Lagae & Dutré (2003), *Interactive Rendering with Bidirectional Texture Functions*:
+//! the function is a sum of products of a table over texel and half vector and one over the difference vector
+//! (Rusinkiewicz 1998: the light's direction in the frame of the half vector), and what it leaves as a factor
+//! is chained to it, here one over the light:
 //!
 //! > B(x, v, l) ≈ R(l) Σ_j P_j(x, h) Q_j(d)
 //!
-//! P and Q are tables over directions, interpolated with barycentric weights ([`super::Net`]). P, Q and R are fitted in turns, each by least
-//! squares with the others fixed (Gabriel & Zamir 1979) and held a little to what it was (Rockafellar 1976), so that no step raises the
-//! error. The view is in h and d alone: where a bump hides a texel from one view and not from another of nearly the same h and d, the
-//! product has the mean of both.
+//! P and Q are tables over directions, interpolated with barycentric weights ([`super::Net`]). P, Q and R are
+//! fitted in turns, each by least squares with the others fixed (Gabriel & Zamir 1979) and held a little to
+//! what it was (Rockafellar 1976), so that no step raises the error. The view is in h and d alone: where a
+//! bump hides a texel from one view and not from another of nearly the same h and d, the product has the mean
+//! of both.
 
 use super::directions::around;
 use super::levels::Levels;
@@ -83,8 +85,9 @@ fn spiral(count: usize, theta: impl Fn(f64) -> f64) -> Vec<DVec3> {
     (0..count).map(one).collect()
 }
 
-/// Half vectors of a table, in equal steps of the angle from the normal: most pairs' lie near it, where highlights are. In equal solid
-/// angles 21 of them err by 22 % of GGX of width 0.4 on a plane, like this by 8 %.
+/// Half vectors of a table, in equal steps of the angle from the normal: most pairs' lie near it, where
+/// highlights are. In equal solid angles 21 of them err by 22 % of GGX of width 0.4 on a plane, like this by
+/// 8 %.
 fn half_vectors(count: usize) -> Vec<DVec3> {
     spiral(count, |u| FRAC_PI_2 * u)
 }
@@ -402,7 +405,8 @@ fn brightness(of: &Btf) -> Vec<f64> {
     sums.into_iter().map(|s| if s > 0.0 { s / largest } else { 1.0 }).collect()
 }
 
-/// Sums over texels x and colours of each pair p, P taken at its half vector: Σ B(x, p) P_j(x), and Σ P_j(x) P_k(x).
+/// Sums over texels x and colours of each pair p, P taken at its half vector: Σ B(x, p) P_j(x), and Σ P_j(x)
+/// P_k(x).
 struct Moments {
     sides: Vec<f64>,
     squares: Vec<f64>,

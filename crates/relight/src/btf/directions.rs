@@ -9,7 +9,8 @@ pub fn around(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-/// Rings of the directions of the Bonn measurements (Sattler, Sarlette & Klein 2003): degrees from the normal, and how many.
+/// Rings of the directions of the Bonn measurements (Sattler, Sarlette & Klein 2003): degrees from the
+/// normal, and how many.
 const BONN: [(u32, u32); 6] = [(0, 1), (15, 6), (30, 12), (45, 18), (60, 20), (75, 24)];
 
 /// The 81 directions of the Bonn measurements, up to 75° from the normal.
@@ -20,8 +21,8 @@ pub fn bonn() -> Vec<DVec3> {
     BONN.into_iter().flat_map(ring).collect()
 }
 
-/// So many directions up to 75° from the normal, the normal first: the [`bonn`] ones of 81, else equal steps of the cosine along a spiral
-/// of golden angles (Vogel 1979).
+/// So many directions up to 75° from the normal, the normal first: the [`bonn`] ones of 81, else equal steps
+/// of the cosine along a spiral of golden angles (Vogel 1979).
 pub fn spread(count: usize) -> Vec<DVec3> {
     if count == 81 {
         return bonn();
@@ -87,8 +88,9 @@ impl Pairing {
         }
     }
 
-    /// Directions of the light that no view is of, where every view is one of the light's and most of the light's are views: sets such
-    /// as Bonn's look from where they light, so that these views may be missing altogether, which leaves the pictures complete.
+    /// Directions of the light that no view is of, where every view is one of the light's and most of the
+    /// light's are views: sets such as Bonn's look from where they light, so that these views may be missing
+    /// altogether, which leaves the pictures complete.
     pub fn unseen(&self) -> Vec<DVec3> {
         let mut views = Directions::default();
         self.views.iter().for_each(|v| _ = views.number(*v));

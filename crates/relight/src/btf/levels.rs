@@ -9,8 +9,8 @@ struct Level {
     first: usize,
 }
 
-/// Texels of all levels, numbered one after the other, the finest first, rows from the top. Each level halves the sides, rounded down, to 1 at
-/// least; its texels are area averages.
+/// Texels of all levels, numbered one after the other, the finest first, rows from the top. Each level halves
+/// the sides, rounded down, to 1 at least; its texels are area averages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Levels(Vec<Level>);
 
@@ -58,7 +58,8 @@ impl Levels {
         self.0.iter().map(|l| l.width * l.height).sum()
     }
 
-    /// The texels of the next finer level that texel `k` of a coarser one is the mean of; their weights sum to 1.
+    /// The texels of the next finer level that texel `k` of a coarser one is the mean of; their weights sum
+    /// to 1.
     pub fn covers(&self, level: usize, k: usize) -> Vec<Tap> {
         let (fine, coarse) = (self.0[level - 1], self.0[level]);
         let spans = |i: usize, n: usize, m: usize| {
@@ -75,8 +76,8 @@ impl Levels {
         out
     }
 
-    /// The texels that stand for a square of side `footprint` at `uv` (v downwards, both in patches): bilinear in the two nearest
-    /// levels. The coordinates repeat.
+    /// The texels that stand for a square of side `footprint` at `uv` (v downwards, both in patches):
+    /// bilinear in the two nearest levels. The coordinates repeat.
     pub fn taps(&self, uv: [f32; 2], footprint: f32) -> [Tap; 8] {
         let finest = self.0[0].width.max(self.0[0].height) as f32;
         let last = (self.0.len() - 1) as f32;

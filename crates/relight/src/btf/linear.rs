@@ -1,4 +1,5 @@
-//! Products of long vectors: sums of single precision over runs, added up in double precision, always in the same order.
+//! Products of long vectors: sums of single precision over runs, added up in double precision, always in the
+//! same order.
 
 use steradian_numerics::eigen;
 use steradian_parallel::prelude::*;
@@ -42,7 +43,8 @@ pub fn add(to: &mut [f32], w: f32, x: &[f32]) {
     );
 }
 
-/// The scalar product of each row of `a` with each of `b`, rows of `n` numbers: `[row of a][row of b]`. Runs of both are kept in the cache.
+/// The scalar product of each row of `a` with each of `b`, rows of `n` numbers: `[row of a][row of b]`. Runs
+/// of both are kept in the cache.
 pub fn products(a: &[f32], b: &[f32], n: usize) -> Vec<f64> {
     let (rows, columns) = (a.len() / n.max(1), b.len() / n.max(1));
     let mut out = vec![0.0; rows * columns];
@@ -73,8 +75,9 @@ pub fn gram(a: &[f32], n: usize) -> Vec<Vec<f64>> {
     (0..rows).map(|i| (0..rows).map(|j| lower[i.max(j)][i.min(j)]).collect()).collect()
 }
 
-/// Orthonormal vectors that span what the rows of `a` span, the strongest first; as many as rows, those that depend on the others 0.
-/// By the eigenvectors of their scalar products, twice: the first time leaves those of weak ones to rounding.
+/// Orthonormal vectors that span what the rows of `a` span, the strongest first; as many as rows, those that
+/// depend on the others 0. By the eigenvectors of their scalar products, twice: the first time leaves those
+/// of weak ones to rounding.
 pub fn orthonormal(a: &[f32], n: usize) -> Vec<f32> {
     let mut out = a.to_vec();
     for _ in 0..2 {

@@ -1,11 +1,13 @@
 //! Clusters of texels, and principal components of each.
 //!
-//! Müller, Meseth & Klein (2003), *Compression and Real-Time Rendering of Measured BTFs Using Local PCA*: texels are points; two steps take
-//! turns, each texel goes to the cluster that errs least on it, and each cluster takes the mean and the principal components of its
-//! texels ([`Clusters`]). Points of many dimensions are first taken to a subspace that holds most of them, by random sums of texels
-//! (Halko, Martinsson & Tropp 2011; Clarkson & Woodruff 2013): what lies beside it is the same for all clusters, and no step raises the rest.
-//! Then means and components are refined in all dimensions, by orthogonal iteration, which never raises the error either: the
-//! squares that a subspace holds are a convex function of it, and each step goes to where its tangent is highest.
+//! Müller, Meseth & Klein (2003), *Compression and Real-Time Rendering of Measured BTFs Using Local PCA*:
+//! texels are points; two steps take turns, each texel goes to the cluster that errs least on it, and each
+//! cluster takes the mean and the principal components of its texels ([`Clusters`]). Points of many
+//! dimensions are first taken to a subspace that holds most of them, by random sums of texels (Halko,
+//! Martinsson & Tropp 2011; Clarkson & Woodruff 2013): what lies beside it is the same for all clusters, and
+//! no step raises the rest. Then means and components are refined in all dimensions, by orthogonal iteration,
+//! which never raises the error either: the squares that a subspace holds are a convex function of it, and
+//! each step goes to where its tangent is highest.
 
 use super::linear::{BLOCK, add, dot, orthonormal, products};
 use super::{Btf, GoOn, Levels};
@@ -181,7 +183,8 @@ impl Local {
         Some((weights, error))
     }
 
-    /// Orthogonal iteration (Bauer 1957): components become what the texels' weights make of the texels, made orthonormal.
+    /// Orthogonal iteration (Bauer 1957): components become what the texels' weights make of the texels, made
+    /// orthonormal.
     fn refine(&mut self, of: &Btf, errors: &mut Vec<f64>, go_on: GoOn<'_>) -> Option<()> {
         let (d, c, clusters) = (self.dimension, self.components, self.len());
         let (mut weights, mut error) = self.weigh(of, go_on)?;
@@ -227,7 +230,8 @@ impl Local {
         Some(())
     }
 
-    /// Texels of a coarser level: means of what stands for the finer ones, in whichever of their clusters errs least on them.
+    /// Texels of a coarser level: means of what stands for the finer ones, in whichever of their clusters
+    /// errs least on them.
     fn coarser(&mut self, levels: &Levels, level: usize, go_on: GoOn<'_>) {
         let (d, c) = (self.dimension, self.components);
         let this = &*self;
@@ -263,8 +267,8 @@ impl Local {
     }
 }
 
-/// Rows of sums over texels, a block of columns at a time: `block` gets columns and the first, and gives `rows` rows of them. Zeros
-/// once `go_on` says no.
+/// Rows of sums over texels, a block of columns at a time: `block` gets columns and the first, and gives
+/// `rows` rows of them. Zeros once `go_on` says no.
 fn by_columns(
     of: &Btf,
     rows: usize,

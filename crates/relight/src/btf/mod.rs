@@ -1,10 +1,12 @@
-//! Bidirectional texture functions (Dana, van Ginneken, Nayar & Koenderink 1999, *Reflectance and Texture of Real-World
-//! Surfaces*): what each texel of a surface shows from every view under every light, bumps, their shadows, what hides what and
-//! what they reflect on each other included; and three ways to make them small (STAR04 6.4.5).
+//! Bidirectional texture functions (Dana, van Ginneken, Nayar & Koenderink 1999, *Reflectance and Texture of
+//! Real-World Surfaces*): what each texel of a surface shows from every view under every light, bumps, their
+//! shadows, what hides what and what they reflect on each other included; and three ways to make them small
+//! (STAR04 6.4.5).
 //!
-//! A function is a table B(x, v, l) of texels x, views v and lights l in red, green and blue. A number of 1 is what a white
-//! Lambertian surface reflects of a light that it faces: radiance is E B/π under the irradiance E across the light's direction, the
-//! cosine of its angle is in B. Directions are x to the right of the picture, y up, z out of it; patches repeat.
+//! A function is a table B(x, v, l) of texels x, views v and lights l in red, green and blue. A number of 1
+//! is what a white Lambertian surface reflects of a light that it faces: radiance is E B/π under the
+//! irradiance E across the light's direction, the cosine of its angle is in B. Directions are x to the right
+//! of the picture, y up, z out of it; patches repeat.
 //!
 //! | [`Method`] | source | what stands for B(x, v, l) |
 //! |---|---|---|
@@ -109,7 +111,8 @@ pub struct Btf {
 }
 
 impl Btf {
-    /// A function that is 0 everywhere, with numbers of half precision or of single precision. Directions become unit vectors.
+    /// A function that is 0 everywhere, with numbers of half precision or of single precision. Directions
+    /// become unit vectors.
     pub fn new(
         (width, height): (usize, usize),
         views: &[DVec3],
@@ -309,7 +312,8 @@ pub struct Compressed {
     pub lights: Vec<DVec3>,
     /// The numbers.
     pub model: Model,
-    /// Mean squared error over the mean square of the function, after each step of the method: no step raises it.
+    /// Mean squared error over the mean square of the function, after each step of the method: no step raises
+    /// it.
     pub errors: Vec<f64>,
 }
 

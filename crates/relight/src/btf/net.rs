@@ -1,9 +1,11 @@
 //! Which three directions lie around one, and with which weights.
 //!
-//! Directions are seen in stereographic projection from below, p = (x, y)/(1 + z), which takes the hemisphere to the unit disk and circles to
-//! circles, so that triangles whose circumscribed circles are empty are the same there as on the sphere (Delaunay 1934; Bowyer 1981; Watson
-//! 1981). Weights are barycentric: continuous, and 1 for a direction at itself. Around the horizon stands a ring of further corners, each
-//! of which has the values of the direction nearest to it: between the last directions and the horizon values stay as they are.
+//! Directions are seen in stereographic projection from below, p = (x, y)/(1 + z), which takes the hemisphere
+//! to the unit disk and circles to circles, so that triangles whose circumscribed circles are empty are the
+//! same there as on the sphere (Delaunay 1934; Bowyer 1981; Watson 1981). Weights are barycentric:
+//! continuous, and 1 for a direction at itself. Around the horizon stands a ring of further corners, each of
+//! which has the values of the direction nearest to it: between the last directions and the horizon values
+//! stay as they are.
 
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -24,7 +26,8 @@ pub struct Triangle {
 pub struct Net {
     /// The triangles.
     pub triangles: Vec<Triangle>,
-    /// The triangle over the middle of each of [`Net::SIDE`]² cells of the square around the disk, rows from y = −1.
+    /// The triangle over the middle of each of [`Net::SIDE`]² cells of the square around the disk, rows from
+    /// y = −1.
     pub starts: Vec<u32>,
 }
 

@@ -32,7 +32,8 @@ fn planted(side: usize, v: usize, l: usize, [k, c]: [usize; 2]) -> Btf {
     })
 }
 
-/// Planted clusters come back to 1e-5, with all texels and numbers in view and from random sums; one component or cluster less do not.
+/// Planted clusters come back to 1e-5, with all texels and numbers in view and from random sums; one
+/// component or cluster less do not.
 #[test]
 fn planted_clusters_are_recovered() {
     for (side, v, l, k, c) in [(16, 5, 7, 4, 2), (16, 13, 11, 6, 3), (24, 13, 11, 5, 2)] {
@@ -45,7 +46,8 @@ fn planted_clusters_are_recovered() {
     }
 }
 
-/// A surface of bumps that hide each other, roughly: texels shift with the view, and a highlight moves over them.
+/// A surface of bumps that hide each other, roughly: texels shift with the view, and a highlight moves over
+/// them.
 fn bumpy(side: usize, v: usize, l: usize) -> Btf {
     let (views, lights) = (spread(v), spread(l));
     made(side, v, l, move |x, a, b| {
@@ -61,8 +63,8 @@ fn bumpy(side: usize, v: usize, l: usize) -> Btf {
     })
 }
 
-/// A Lambertian surface of any colours is one cluster of rank 1 about 0, so that one component holds what the mean does not; views, light by
-/// light the same picture, have rank 1 too, and a chain one term.
+/// A Lambertian surface of any colours is one cluster of rank 1 about 0, so that one component holds what the
+/// mean does not; views, light by light the same picture, have rank 1 too, and a chain one term.
 #[test]
 fn textured_lambert_has_rank_one() {
     let lights = spread(17);
@@ -76,8 +78,9 @@ fn textured_lambert_has_rank_one() {
     assert!(small(&of, Method::Chained { terms: 1, halves: 1, differences: 1 }).error() < 1e-5);
 }
 
-/// One cluster is PCA: what is left are the eigenvalues of the covariance (Eckart & Young 1936). Without components it is vector quantisation:
-/// tables are the means of their texels, and each texel is in the nearest.
+/// One cluster is PCA: what is left are the eigenvalues of the covariance (Eckart & Young 1936). Without
+/// components it is vector quantisation: tables are the means of their texels, and each texel is in the
+/// nearest.
 #[test]
 fn one_cluster_is_pca_and_no_component_is_vector_quantisation() {
     let of = bumpy(16, 9, 11);
@@ -113,8 +116,8 @@ fn one_cluster_is_pca_and_no_component_is_vector_quantisation() {
     }
 }
 
-/// No step of any method raises the error; the last one is what decoding every number alone finds, in single and in half precision; more of
-/// everything errs less.
+/// No step of any method raises the error; the last one is what decoding every number alone finds, in single
+/// and in half precision; more of everything errs less.
 #[test]
 fn no_step_raises_the_error_and_random_access_is_full_decoding() {
     let of = bumpy(20, 12, 13);
@@ -152,8 +155,8 @@ fn no_step_raises_the_error_and_random_access_is_full_decoding() {
     assert!(small(&of, Method::View { components: 13 }).error() < 1e-5);
 }
 
-/// Views that hide what others show are what a chain loses: the same function without the shift of texels with the view is far better for it,
-/// while clusters keep both.
+/// Views that hide what others show are what a chain loses: the same function without the shift of texels
+/// with the view is far better for it, while clusters keep both.
 #[test]
 fn a_chain_loses_what_views_hide() {
     let of = bumpy(20, 15, 15);
@@ -170,7 +173,8 @@ fn a_chain_loses_what_views_hide() {
     assert!(bumps > 2.0 * plain, "{bumps} {plain}");
 }
 
-/// Coarser texels are means of finer ones, in one cluster as exactly as the tables allow, and texels stand for squares with weights that sum to 1.
+/// Coarser texels are means of finer ones, in one cluster as exactly as the tables allow, and texels stand
+/// for squares with weights that sum to 1.
 #[test]
 fn coarser_texels_are_means() {
     let of = bumpy(12, 7, 6);
@@ -208,7 +212,8 @@ fn coarser_texels_are_means() {
     assert!(whole.iter().all(|t| t.1 == 0.0 || t.0 >= 15));
 }
 
-/// Directions are found at themselves, linear functions of the projection between them, and values stay from the last ring to the horizon.
+/// Directions are found at themselves, linear functions of the projection between them, and values stay from
+/// the last ring to the horizon.
 #[test]
 fn nets_interpolate_between_directions() {
     for all in [bonn(), spread(40), spread(3), spread(1)] {
@@ -314,8 +319,8 @@ fn threads_change_nothing() {
     }
 }
 
-/// On a plane a chain follows a highlight by 21 half vectors: with tables that are constant within cells of equal solid angle it erred by
-/// 37 % of this one.
+/// On a plane a chain follows a highlight by 21 half vectors: with tables that are constant within cells of
+/// equal solid angle it erred by 37 % of this one.
 #[test]
 fn a_chain_follows_a_highlight_on_a_plane() {
     let all = bonn();

@@ -1,8 +1,8 @@
 //! Principal components of the pictures of each view.
 //!
-//! Sattler, Sarlette & Klein (2003), *Efficient and Realistic Visualization of Cloth*: the pictures of a view, one for each light, are
-//! points; their mean and the first eigenvectors of their covariance stand for them. With more texels than lights the eigenvectors follow
-//! from the pictures' scalar products.
+//! Sattler, Sarlette & Klein (2003), *Efficient and Realistic Visualization of Cloth*: the pictures of a
+//! view, one for each light, are points; their mean and the first eigenvectors of their covariance stand for
+//! them. With more texels than lights the eigenvectors follow from the pictures' scalar products.
 
 use super::linear::{BLOCK, add, dot, products};
 use super::{Btf, GoOn, Levels};
@@ -109,7 +109,8 @@ fn one(of: &Btf, levels: &Levels, view: usize, components: usize) -> One {
             add(&mut picture, *u as f32, &pictures[l * n..][..n]);
             out.weights[l * components + k] = *u as f32;
         }
-        // What is left. The eigenvectors are orthonormal: those that follow make of it what they make of the pictures.
+        // What is left. The eigenvectors are orthonormal: those that follow make of it what they make of the
+        // pictures.
         (0..lights)
             .for_each(|l| add(&mut pictures[l * n..][..n], -out.weights[l * components + k], &picture));
         out.pictures.extend(coarser(levels, picture));

@@ -1,5 +1,5 @@
-//! Horizons as ellipses: the directions that see the light, projected along the normal to the unit disk, as the inside of
-//! one ellipse (Heidrich et al. 2000; Kautz 2004 (STAR), 6.4.2).
+//! Horizons as ellipses: the directions that see the light, projected along the normal to the unit disk, as
+//! the inside of one ellipse (Heidrich et al. 2000; Kautz 2004 (STAR), 6.4.2).
 
 use super::{HeightField, walk};
 use glam::Vec3;
@@ -18,8 +18,8 @@ const FREE: f64 = 1e-3;
 /// How much a unit disk weighs beside the horizon: it decides only what the horizon leaves open.
 const RIDGE: f64 = 1e-10;
 
-/// A conic about the normal: directions with a x² + b xy + c y² + d x + e y ≤ 1 see the light, (x, y) the tangential part of
-/// the unit direction.
+/// A conic about the normal: directions with a x² + b xy + c y² + d x + e y ≤ 1 see the light, (x, y) the
+/// tangential part of the unit direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ellipse(pub [f32; 5]);
 
@@ -29,9 +29,10 @@ impl Ellipse {
 
     /// The ellipse of a horizon of these elevations (radians) at equal steps of azimuth, five at least.
     ///
-    /// The least area that is seen wrongly, by reweighted least squares: along azimuth φ the conic is A r² + B r = 1, and what
-    /// lies between it and the horizon r_k = cos e_k is ½ |r² − r_k²| dφ, the residual A r_k² + B r_k − 1 divided by
-    /// d(A r² + B r)/d(r²). Squares instead of that sum miss half as much again before a steep wall.
+    /// The least area that is seen wrongly, by reweighted least squares: along azimuth φ the conic is A r² +
+    /// B r = 1, and what lies between it and the horizon r_k = cos e_k is ½ |r² − r_k²| dφ, the residual A
+    /// r_k² + B r_k − 1 divided by d(A r² + B r)/d(r²). Squares instead of that sum miss half as much again
+    /// before a steep wall.
     pub fn new(elevations: &[f32]) -> Self {
         let n = elevations.len();
         let point = |k: usize| {

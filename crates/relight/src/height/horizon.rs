@@ -5,7 +5,8 @@ use glam::Vec3;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use steradian_parallel::prelude::*;
 
-/// Elevations of the horizon of every texel at equal steps of azimuth, linear between them (Sloan & Cohen 2000).
+/// Elevations of the horizon of every texel at equal steps of azimuth, linear between them (Sloan & Cohen
+/// 2000).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Horizons {
     width: usize,
@@ -67,8 +68,8 @@ impl Horizons {
         a + (x - k as f32) * (b - a)
     }
 
-    /// The part of a disk light that a texel sees: of angular radius `radius` about the unit direction `d`, cut by a straight
-    /// horizon. 0 or 1 where the radius is 0.
+    /// The part of a disk light that a texel sees: of angular radius `radius` about the unit direction `d`,
+    /// cut by a straight horizon. 0 or 1 where the radius is 0.
     pub fn visible(&self, texel: usize, d: Vec3, radius: f32) -> f32 {
         let above = d.z.clamp(-1.0, 1.0).asin() - self.elevation(texel, d.y.atan2(d.x));
         if above.abs() >= radius {

@@ -1,10 +1,12 @@
-//! Bumps as height fields, and what they hide of the light above them: horizons (Max 1988; Sloan & Cohen 2000, *Interactive
-//! Horizon Mapping*) and their ellipses (Heidrich, Daubert, Kautz & Seidel 2000, *Illuminating Micro Geometry Based on
-//! Precomputed Visibility*); and what bumps see of each other ([`Scattering`]).
+//! Bumps as height fields, and what they hide of the light above them: horizons (Max 1988; Sloan & Cohen
+//! 2000, *Interactive Horizon Mapping*) and their ellipses (Heidrich, Daubert, Kautz & Seidel 2000,
+//! *Illuminating Micro Geometry Based on Precomputed Visibility*); and what bumps see of each other
+//! ([`Scattering`]).
 //!
-//! The field is periodic. Its texels are the vertices of a surface of triangles, two to a square, cut along the diagonal
-//! from the upper left to the lower right: the mesh that a path tracer sees. Lengths are in texels: x to the right of the
-//! picture, y up, z out of it. Azimuths φ turn from x to y; elevations e rise from the plane of the picture.
+//! The field is periodic. Its texels are the vertices of a surface of triangles, two to a square, cut along
+//! the diagonal from the upper left to the lower right: the mesh that a path tracer sees. Lengths are in
+//! texels: x to the right of the picture, y up, z out of it. Azimuths φ turn from x to y; elevations e rise
+//! from the plane of the picture.
 
 mod ellipse;
 mod horizon;
@@ -90,15 +92,15 @@ impl HeightField {
         Vec3::new(-dx, -dy, 2.0).normalize()
     }
 
-    /// Does light from the direction `d` (x to the right, y up, z out of the picture) reach a texel? A ray is followed over four
-    /// periods.
+    /// Does light from the direction `d` (x to the right, y up, z out of the picture) reach a texel? A ray is
+    /// followed over four periods.
     pub fn sees(&self, i: usize, j: usize, d: DVec3) -> bool {
         walk::sees(self, (i, j), d)
     }
 
-    /// The largest slope of the surface, 0 at least, that each texel sees along each azimuth (radians): planes of texels, azimuth by
-    /// azimuth. Every crossing of a line with an edge is looked at as far as any height can matter: what [`Horizons`] is measured
-    /// against.
+    /// The largest slope of the surface, 0 at least, that each texel sees along each azimuth (radians):
+    /// planes of texels, azimuth by azimuth. Every crossing of a line with an edge is looked at as far as any
+    /// height can matter: what [`Horizons`] is measured against.
     #[doc(hidden)]
     pub fn slopes_by_every_crossing(&self, azimuths: &[f64]) -> Vec<f32> {
         walk::slopes_by_every_crossing(self, azimuths)

@@ -1,5 +1,5 @@
-//! Scattering textures: which texel each texel sees along fixed directions (Heidrich, Daubert, Kautz & Seidel 2000; Kautz 2004
-//! (STAR), 6.4.3).
+//! Scattering textures: which texel each texel sees along fixed directions (Heidrich, Daubert, Kautz & Seidel
+//! 2000; Kautz 2004 (STAR), 6.4.3).
 
 use super::HeightField;
 use glam::Vec3;
@@ -28,11 +28,12 @@ impl<'a> Caster<'a> {
         Self { field, tops: (0..w * h).map(top).collect(), highest: field.range().1 }
     }
 
-    /// The texel nearest to where the ray from the vertex of column `i` and row `j` in the unit direction `d` (x to the right, y
-    /// up, z out of the picture) first meets the surface of triangles; `None` where it leaves upwards, and after four periods.
+    /// The texel nearest to where the ray from the vertex of column `i` and row `j` in the unit direction `d`
+    /// (x to the right, y up, z out of the picture) first meets the surface of triangles; `None` where it
+    /// leaves upwards, and after four periods.
     ///
-    /// A direction that leaves the vertex below a triangle there, as directions about a mean normal may, meets that triangle at
-    /// once: of its other two vertices the nearer one is hit.
+    /// A direction that leaves the vertex below a triangle there, as directions about a mean normal may,
+    /// meets that triangle at once: of its other two vertices the nearer one is hit.
     pub fn hit(&self, i: usize, j: usize, d: Vec3) -> Option<usize> {
         let (w, h) = (self.field.width, self.field.height);
         let across = d.x.hypot(d.y);
@@ -81,7 +82,8 @@ impl<'a> Caster<'a> {
         }
     }
 
-    /// Where in a square, as parts of its sides, the ray meets one of its two triangles between the distances `from` and `to`.
+    /// Where in a square, as parts of its sides, the ray meets one of its two triangles between the distances
+    /// `from` and `to`.
     fn square(
         &self,
         [ci, cj]: [usize; 2],
@@ -135,8 +137,8 @@ impl Scattering {
     /// The link of a direction that leaves the surface.
     pub const NONE: u32 = u32::MAX;
 
-    /// The links of all texels of a field along `count` directions each: `along(texel, k)` is unit direction k there, texels in rows
-    /// from the top. `None` where `go_on` says no.
+    /// The links of all texels of a field along `count` directions each: `along(texel, k)` is unit direction
+    /// k there, texels in rows from the top. `None` where `go_on` says no.
     pub fn new(
         field: &HeightField,
         count: usize,
@@ -272,7 +274,8 @@ mod tests {
         assert!(met > 300 && off <= 3, "{met} met, {off} elsewhere");
     }
 
-    /// A wall of a groove of opening α sees the other with the form factor 1 − sin(α/2), and flat ground sees nothing.
+    /// A wall of a groove of opening α sees the other with the form factor 1 − sin(α/2), and flat ground sees
+    /// nothing.
     #[test]
     fn walls_of_a_groove_see_each_other() {
         for slope in [0.5, 1.0, 2.0] {

@@ -54,8 +54,8 @@ fn slopes_are_those_of_small_steps() {
     }
 }
 
-/// Groups of crossings are left out only where they change nothing: the same bits, on fields narrower and wider than a block, flat,
-/// steep and rough.
+/// Groups of crossings are left out only where they change nothing: the same bits, on fields narrower and
+/// wider than a block, flat, steep and rough.
 #[test]
 fn groups_left_out_change_no_bit() {
     let noise = |i: usize, j: usize| f64::from((i * 7919 + j * 104_729 + i * j * 31) as u32 % 1009) / 1009.0;
@@ -70,7 +70,8 @@ fn groups_left_out_change_no_bit() {
     }
 }
 
-/// Linear between azimuths, a wall of slope 1 is off by 3.3, 0.95, 0.24 and 0.06 degrees at most with 8 to 64 of them.
+/// Linear between azimuths, a wall of slope 1 is off by 3.3, 0.95, 0.24 and 0.06 degrees at most with 8 to 64
+/// of them.
 #[test]
 fn azimuths_of_a_wall_err_as_their_step_squared() {
     for (n, want) in [(8, 3.3), (16, 0.95), (32, 0.24), (64, 0.06)] {
@@ -104,7 +105,8 @@ fn normals_of_a_wave_err_as_the_square_of_the_distance() {
     }
 }
 
-/// The wall as a field: texels at its foot see the ridge, and their horizons are read back as they were computed.
+/// The wall as a field: texels at its foot see the ridge, and their horizons are read back as they were
+/// computed.
 #[test]
 fn a_ridge_is_seen_from_its_foot() {
     let f = field(64, 64, |i, _| if i == 40 { 10.0 } else { 0.0 });
@@ -140,7 +142,8 @@ fn missed(ellipse: Ellipse, horizon: impl Fn(f64) -> f64) -> f64 {
     wrong as f64 / f64::from(all)
 }
 
-/// Where tan e = t |cos φ|, the horizon is the ellipse of semi-axes 1/√(1 + t²) and 1; of a pit it is a circle.
+/// Where tan e = t |cos φ|, the horizon is the ellipse of semi-axes 1/√(1 + t²) and 1; of a pit it is a
+/// circle.
 #[test]
 fn grooves_and_pits_are_ellipses_and_walls_nearly() {
     let of = |horizon: &dyn Fn(f64) -> f64| {
@@ -188,8 +191,8 @@ fn what_is_no_field_is_refused() {
     assert!(Horizons::new(&high, 8, &|| false).is_none());
 }
 
-/// Real height maps with relief of 8 % of their side: texels that a light 60 and 75 degrees off the normal reaches or
-/// does not, over all azimuths.
+/// Real height maps with relief of 8 % of their side: texels that a light 60 and 75 degrees off the normal
+/// reaches or does not, over all azimuths.
 #[test]
 fn real_height_maps_are_lit_where_rays_light_them() {
     let Some(dir) = steradian_testkit::data("meshes/textures") else { return };

@@ -1,5 +1,5 @@
-//! Where a straight line over the surface meets the edges of its triangles: between them the height is linear in the
-//! distance, so the highest slope that is seen from the line's start is that of a crossing.
+//! Where a straight line over the surface meets the edges of its triangles: between them the height is linear
+//! in the distance, so the highest slope that is seen from the line's start is that of a crossing.
 
 use super::HeightField;
 use glam::DVec3;
@@ -7,11 +7,14 @@ use steradian_parallel::prelude::*;
 
 /// Texels of a row that are taken together.
 const BLOCK: usize = 64;
-/// Rows that are taken together: what they look up for a group of crossings overlaps, and fits a processor's nearest memory.
+/// Rows that are taken together: what they look up for a group of crossings overlaps, and fits a processor's
+/// nearest memory.
 const TILE: usize = 8;
-/// Crossings that are left out together where no height ahead of a block reaches above what its texels see already.
+/// Crossings that are left out together where no height ahead of a block reaches above what its texels see
+/// already.
 const GROUP: usize = 16;
-/// A line is followed over this many periods at most: what stands further off is below (range of heights)/(4 periods).
+/// A line is followed over this many periods at most: what stands further off is below (range of heights)/(4
+/// periods).
 const PERIODS: usize = 4;
 
 /// A crossing of a line from a vertex with an edge: z = (1 − weight) z(first) + weight z(second).
@@ -77,9 +80,9 @@ fn crossings(field: &HeightField, phi: f64, reach: f64) -> Line {
     (out.into_iter().map(|c| c.2).collect(), groups)
 }
 
-/// The largest height of the columns and rows that a group may look up for a block of texels whose first one meets its corner:
-/// texel by texel of the corner. Columns, rows and diagonals lie less than one texel apart along a line, so that a group
-/// spans [`GROUP`] and one texels at most.
+/// The largest height of the columns and rows that a group may look up for a block of texels whose first one
+/// meets its corner: texel by texel of the corner. Columns, rows and diagonals lie less than one texel apart
+/// along a line, so that a group spans [`GROUP`] and one texels at most.
 fn heights_ahead(field: &HeightField) -> Vec<f32> {
     let (w, h) = (field.width, field.height);
     let along = |of: &dyn Fn(usize) -> f32, n: usize, span: usize| -> Vec<f32> {
@@ -128,8 +131,8 @@ pub fn sees(field: &HeightField, (i, j): (usize, usize), d: DVec3) -> bool {
     crossings(field, d.y.atan2(d.x), (rise / slope).min(reach(field))).0.iter().all(below)
 }
 
-/// Raises what each texel of a block sees to the slopes of a crossing, from heights at the ends of its edge. (`f32::max` would
-/// look for NaN.)
+/// Raises what each texel of a block sees to the slopes of a crossing, from heights at the ends of its edge.
+/// (`f32::max` would look for NaN.)
 #[inline(always)]
 fn raise(best: &mut [f32; BLOCK], own: &[f32; BLOCK], [a, b]: [&[f32; BLOCK]; 2], c: &Crossing) {
     for k in 0..BLOCK {
@@ -138,7 +141,8 @@ fn raise(best: &mut [f32; BLOCK], own: &[f32; BLOCK], [a, b]: [&[f32; BLOCK]; 2]
     }
 }
 
-/// Can something as high as `z`, as far off as 1/`inverse` or further, still be higher than what any texel sees?
+/// Can something as high as `z`, as far off as 1/`inverse` or further, still be higher than what any texel
+/// sees?
 #[inline(always)]
 fn open(best: &[f32; BLOCK], own: &[f32; BLOCK], z: f32, inverse: f32) -> bool {
     let mut any = 0;
@@ -233,7 +237,8 @@ struct Tile<'a> {
     out: &'a mut [f32],
 }
 
-/// The largest slope dz/ds, 0 at least, seen from every texel along each azimuth: planes of texels, azimuth by azimuth.
+/// The largest slope dz/ds, 0 at least, seen from every texel along each azimuth: planes of texels, azimuth
+/// by azimuth.
 pub fn slopes(field: &HeightField, azimuths: &[f64], go_on: &(dyn Fn() -> bool + Sync)) -> Option<Vec<f32>> {
     along_lines(&Rows::new(field, Some(heights_ahead(field))), azimuths, go_on)
 }

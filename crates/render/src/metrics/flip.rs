@@ -1,9 +1,10 @@
-//! ꟻLIP: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström & Fairchild 2020, "ꟻLIP: A Difference Evaluator
-//! for Alternating Images", HPG. LDR version, with the constants of the authors' implementation.
+//! ꟻLIP: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström & Fairchild 2020, "ꟻLIP: A Difference
+//! Evaluator for Alternating Images", HPG. LDR version, with the constants of the authors' implementation.
 //!
 //! Colour: contrast sensitivity filters in YCxCz (section 4.1.1), clamp to the display's gamut, Hunt-adjusted
 //! L*a*b*, HyAB distance raised to q_c = 0.7 and redistributed (4.1.2, 4.1.3). Features: edges and points by
-//! derivatives of a Gaussian of the width of human edge detectors (4.2). Combined: ΔE = ΔE_c^(1 − ΔE_f) (4.3).
+//! derivatives of a Gaussian of the width of human edge detectors (4.2). Combined: ΔE = ΔE_c^(1 − ΔE_f)
+//! (4.3).
 
 use crate::Display;
 use crate::tone::srgb_decode;

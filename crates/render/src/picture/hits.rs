@@ -99,7 +99,8 @@ pub fn facing(n: Vec3, wo: Vec3) -> Vec3 {
     if c >= GRAZING {
         return n;
     }
-    // Within the plane of n and wo: wo·cos + s·sin has the cosine asked for, s being the unit part of n across wo.
+    // Within the plane of n and wo: wo·cos + s·sin has the cosine asked for, s being the unit part of n
+    // across wo.
     let across = (n - wo * c).normalize_or_zero();
     if across == Vec3::ZERO {
         return wo;
@@ -120,8 +121,8 @@ pub fn tangent(along: Vec4, n: Vec3) -> Vec3 {
     Frame::from_normal_tangent(n.as_dvec3(), along.truncate().as_dvec3()).t.as_vec3()
 }
 
-/// Frobenius norm of the normal's gradient over √2: with the Gram matrices G of the edges and H of the normals'
-/// differences along them, ‖∇n‖² = tr(G⁻¹H).
+/// Frobenius norm of the normal's gradient over √2: with the Gram matrices G of the edges and H of the
+/// normals' differences along them, ‖∇n‖² = tr(G⁻¹H).
 fn bend(edges: [Vec3; 2], n: [Vec3; 3]) -> f32 {
     let d = [n[1] - n[0], n[2] - n[0]];
     let gram = |v: [Vec3; 2]| [v[0].dot(v[0]), v[0].dot(v[1]), v[1].dot(v[1])];

@@ -1,18 +1,20 @@
 //! Shadows of all light by rays over the reflectance's lobe.
 //!
-//! The radiance L_open without shadows is multiplied, channel by channel, by the share of it that arrives. With directions, V each,
-//! one half drawn by the reflectance and one by the light's brightness, of density p together (the balance heuristic of Veach &
-//! Guibas 1995), and what suns and lamps give without shadows (D_open, in closed form) and with them (D, by rays to their disks), this
-//! is
+//! The radiance L_open without shadows is multiplied, channel by channel, by the share of it that arrives.
+//! With directions, V each, one half drawn by the reflectance and one by the light's brightness, of density p
+//! together (the balance heuristic of Veach & Guibas 1995), and what suns and lamps give without shadows
+//! (D_open, in closed form) and with them (D, by rays to their disks), this is
 //!
 //! > (mean V L f_cos/p + D) / (mean L f_cos/p + D_open)
 //!
-//! (Heitz, Hill & McGuire 2018, *Combining Analytic Direct Illumination and Stochastic Shadows*, with the technique's prefiltered
-//! light as their analytic one), so that points that see all keep what the technique gives. The reference has the integral as
-//! L_open, more directions, and none of those that techniques get: with their number it tends to the integral with visibility.
+//! (Heitz, Hill & McGuire 2018, *Combining Analytic Direct Illumination and Stochastic Shadows*, with the
+//! technique's prefiltered light as their analytic one), so that points that see all keep what the technique
+//! gives. The reference has the integral as L_open, more directions, and none of those that techniques get:
+//! with their number it tends to the integral with visibility.
 //!
-//! All points get the same numbers, so that shadows have no noise, and [`Shader::lights_seen`] says where suns' shadows have edges:
-//! between them the share may be interpolated, and so may the radiance that it multiplies ([`Shader::factors`]).
+//! All points get the same numbers, so that shadows have no noise, and [`Shader::lights_seen`] says where
+//! suns' shadows have edges: between them the share may be interpolated, and so may the radiance that it
+//! multiplies ([`Shader::factors`]).
 
 use super::Shader;
 use super::shader::lights_seen;
@@ -141,8 +143,8 @@ impl LobeShadow {
     /// The same under the reference.
     pub const REFERENCE_RAYS: usize = REFERENCE_RAYS[1];
 
-    /// What `bvh` blocks of `light` and of the lights of `direct`, as `brdf` sees it; both sides of a triangle block. For the
-    /// `reference`, directions are more, and others.
+    /// What `bvh` blocks of `light` and of the lights of `direct`, as `brdf` sees it; both sides of a
+    /// triangle block. For the `reference`, directions are more, and others.
     pub fn new(
         light: Option<Arc<Environment>>,
         direct: Direct,
@@ -287,8 +289,8 @@ impl Shader for LobeShadow {
         Ok(())
     }
 
-    /// A step of an 8-bit display at mid-grey, and of dark shadows what that is to a quarter of the light; not less than one
-    /// direction's share.
+    /// A step of an 8-bit display at mid-grey, and of dark shadows what that is to a quarter of the light;
+    /// not less than one direction's share.
     fn difference(&self) -> [f32; 2] {
         [(0.5 / self.points.len() as f32).max(1e-2), 0.25]
     }

@@ -1,4 +1,5 @@
-//! From a hit and the maps of its surface to what a shader takes; the GPU's `maps.wgsl` has the same functions.
+//! From a hit and the maps of its surface to what a shader takes; the GPU's `maps.wgsl` has the same
+//! functions.
 
 use super::hits::{Found, facing, tangent};
 use glam::Vec3;
@@ -15,8 +16,8 @@ pub struct ShadingPoint {
 /// Smallest z of a mean normal that covariances are projected with.
 const LEAST_Z: f32 = 0.1;
 
-/// The look of a point whose sample covers a square of side `uv` in texture coordinates and of `length` metres on
-/// the surface; `angle` is what it covers of the view, radians.
+/// The look of a point whose sample covers a square of side `uv` in texture coordinates and of `length`
+/// metres on the surface; `angle` is what it covers of the view, radians.
 pub fn look(f: &Found, maps: &SurfaceMaps, uv: f32, length: f32, angle: f32) -> ShadingPoint {
     let t = tangent(f.along, f.outward);
     let b = f.outward.cross(t) * if f.along.w < 0.0 { -1.0 } else { 1.0 };
@@ -59,8 +60,9 @@ fn turned([xx, xy, yy]: [f32; 3], from: [Vec3; 2], to: [Vec3; 2]) -> [f32; 3] {
     ]
 }
 
-/// The alpha whose lobe is as wide as the reflection of the sample: a normal that turns by `tilt` across it and a view
-/// that turns by `angle` sweep r over w = 2 tilt + angle, of variance w²/12; a lobe of alpha has 2 alpha².
+/// The alpha whose lobe is as wide as the reflection of the sample: a normal that turns by `tilt` across it
+/// and a view that turns by `angle` sweep r over w = 2 tilt + angle, of variance w²/12; a lobe of alpha has 2
+/// alpha².
 fn least(tilt: f32, angle: f32) -> f32 {
     ((2.0 * tilt + angle) / 24.0f32.sqrt()).min(1.0)
 }

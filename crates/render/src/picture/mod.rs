@@ -1,4 +1,5 @@
-//! The CPU renderer: primary visibility by ray casting, radiance by a technique or by the reference, in batches.
+//! The CPU renderer: primary visibility by ray casting, radiance by a technique or by the reference, in
+//! batches.
 //!
 //! Tiles run on all cores. In each tile, rays find the surfaces under a regular set of sub-pixel positions;
 //! pixels whose samples disagree get more. Points are gathered per surface and shaded as structure of arrays.
@@ -76,13 +77,14 @@ pub struct Settings {
     pub inner: usize,
     /// Samples per pixel and axis where the samples of a pixel, or of two neighbours, disagree.
     pub edge: usize,
-    /// Samples of one pixel that see the same surface under nearly the same normal share one shaded point: for
-    /// radiance that costs more than visibility, such as the reference's.
+    /// Samples of one pixel that see the same surface under nearly the same normal share one shaded point:
+    /// for radiance that costs more than visibility, such as the reference's.
     pub share: bool,
-    /// With `share`: points of plain surfaces between which radiance changes by less than 4e-3 are interpolated.
+    /// With `share`: points of plain surfaces between which radiance changes by less than 4e-3 are
+    /// interpolated.
     pub interpolate: bool,
-    /// Are textures looked up at points, and not averaged over what a pixel covers? For samples of a picture whose pixels are
-    /// coarser than the picture's.
+    /// Are textures looked up at points, and not averaged over what a pixel covers? For samples of a picture
+    /// whose pixels are coarser than the picture's.
     pub points: bool,
 }
 

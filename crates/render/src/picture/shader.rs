@@ -35,15 +35,15 @@ pub trait Shader: Send + Sync {
         None
     }
 
-    /// The largest difference that counts as none where radiance is interpolated, relative to the largest channel, and what it
-    /// is relative to where that channel is below. Half a step of an 8-bit display at mid-grey, and above what the reference's
-    /// own error leaves between neighbours.
+    /// The largest difference that counts as none where radiance is interpolated, relative to the largest
+    /// channel, and what it is relative to where that channel is below. Half a step of an 8-bit display at
+    /// mid-grey, and above what the reference's own error leaves between neighbours.
     fn difference(&self) -> [f32; 2] {
         [4e-3, 0.0]
     }
 
-    /// Which small lights each point sees, a bit each: between points that differ lies the edge of a shadow. Empty where there are
-    /// no such shadows.
+    /// Which small lights each point sees, a bit each: between points that differ lies the edge of a shadow.
+    /// Empty where there are no such shadows.
     fn lights_seen(&self, _: &Points<'_>) -> Vec<u64> {
         Vec::new()
     }
@@ -74,8 +74,8 @@ impl Shader for BakeShader {
     }
 }
 
-/// A technique's bake, lights that are shaded with the exact reflectance on top of it, and lights that a technique of their
-/// own shades.
+/// A technique's bake, lights that are shaded with the exact reflectance on top of it, and lights that a
+/// technique of their own shades.
 pub struct DirectShader {
     /// The bake.
     pub bake: Arc<BakeShader>,
@@ -143,7 +143,8 @@ impl ReferenceShader {
         Self { texels, ..self }
     }
 
-    /// What may differ from point to point: width and colours of models that have them, and no spread of normals.
+    /// What may differ from point to point: width and colours of models that have them, and no spread of
+    /// normals.
     pub fn varies(&self) -> Varies {
         let varied = Varied::of(&*self.brdf).is_some();
         Varies { alpha: varied, normals: false, colours: varied }

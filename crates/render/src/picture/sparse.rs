@@ -1,9 +1,9 @@
-//! Radiance that costs far more than visibility, such as the reference's: shaded at some pixels of a surface where it
-//! changes slowly, and interpolated between.
+//! Radiance that costs far more than visibility, such as the reference's: shaded at some pixels of a surface
+//! where it changes slowly, and interpolated between.
 //!
-//! A square cell of 9 × 9 pixels is shaded at its corners and its centre. Where the corners' mean misses the centre by
-//! more than [`Seen::difference`], or the surface bends or ends within the cell, its quarters are tried; where they fail too,
-//! every pixel of theirs and of the cells around them is shaded.
+//! A square cell of 9 × 9 pixels is shaded at its corners and its centre. Where the corners' mean misses the
+//! centre by more than [`Seen::difference`], or the surface bends or ends within the cell, its quarters are
+//! tried; where they fail too, every pixel of theirs and of the cells around them is shaded.
 
 use glam::Vec3;
 use steradian_base::Cancelled;

@@ -300,7 +300,8 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// For each pixel the point of a group that all its samples have, where `lit` is the point that stands for one.
+    /// For each pixel the point of a group that all its samples have, where `lit` is the point that stands
+    /// for one.
     fn whole(&self, group: &Group, lit: &dyn Fn(u32) -> u32) -> Vec<Option<u32>> {
         let mut left = vec![0u32; self.width * self.height];
         self.samples.iter().for_each(|s| left[s.pixel as usize] += 1);

@@ -1,8 +1,8 @@
 //! The scene file: camera, meshes, materials, lights and output in TOML.
 //!
-//! [`SceneFile::parse`] checks everything that the text alone decides, and every fault names file, line, column
-//! and key. Files that it refers to are loaded by whoever asks for a picture (those of measured reflectance at once);
-//! their names stay below the scene file's own folder.
+//! [`SceneFile::parse`] checks everything that the text alone decides, and every fault names file, line,
+//! column and key. Files that it refers to are loaded by whoever asks for a picture (those of measured
+//! reflectance at once); their names stay below the scene file's own folder.
 //!
 //! ```toml
 //! [camera]
@@ -180,7 +180,8 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// Parses and checks `text`; `file` is the name that errors show, `files` says which files its reflectances may open.
+    /// Parses and checks `text`; `file` is the name that errors show, `files` says which files its
+    /// reflectances may open.
     pub fn parse(file: &str, text: &str, files: Files<'_>) -> Result<Self, SceneError> {
         let source = error::Source { file, text };
         let parsed: schema::SceneText = toml::from_str(text).map_err(|e| source.parse_error(&e))?;

@@ -101,12 +101,13 @@ pub struct MaterialText {
     pub normal_texture: Option<Spanned<String>>,
     /// Scales the normal map's x and y; 1.
     pub normal_scale: Option<Spanned<f32>>,
-    /// An image of perceptual roughness (green channel) below the scene file's folder, in place of the brdf's.
+    /// An image of perceptual roughness (green channel) below the scene file's folder, in place of the
+    /// brdf's.
     pub roughness_texture: Option<Spanned<String>>,
     /// A technique's slug, or `reference`; that of `[output]` where absent.
     pub technique: Option<Spanned<String>>,
-    /// A technique for directional and point lights, as `SLUG` or `SLUG:name=value,…`, or `exact`; that of `[output]` where
-    /// absent.
+    /// A technique for directional and point lights, as `SLUG` or `SLUG:name=value,…`, or `exact`; that of
+    /// `[output]` where absent.
     pub local: Option<Spanned<String>>,
     /// Parameters of the technique.
     #[serde(default)]

@@ -59,8 +59,8 @@ pub fn agx(x: [f32; 3]) -> [f32; 3] {
     multiply(&OUTSET, multiply(&INSET, x).map(curve)).map(|c| c.max(0.0).powf(2.2))
 }
 
-/// Khronos 2024, "PBR Neutral Tone Mapper": identity less a Fresnel offset below 0.8, then a rational shoulder
-/// that desaturates.
+/// Khronos 2024, "PBR Neutral Tone Mapper": identity less a Fresnel offset below 0.8, then a rational
+/// shoulder that desaturates.
 pub fn neutral(x: [f32; 3]) -> [f32; 3] {
     const START: f32 = 0.8 - 0.04;
     const DESATURATION: f32 = 0.15;

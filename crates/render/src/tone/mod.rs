@@ -106,8 +106,8 @@ impl Develop {
 /// Where automatic exposure puts the mean: a lit object is brighter than the 0.18 of a whole scene.
 const KEY: f64 = 0.3;
 
-/// The exposure value that brings the mean logarithm of the luminance to 0.3 (Reinhard et al. 2002, eqs 1–2; their
-/// key of 0.18 is that of a whole scene), over the pixels that `weight` counts.
+/// The exposure value that brings the mean logarithm of the luminance to 0.3 (Reinhard et al. 2002, eqs 1–2;
+/// their key of 0.18 is that of a whole scene), over the pixels that `weight` counts.
 pub fn auto_exposure(film: &Film, weight: impl Fn(usize) -> f32) -> f32 {
     let (mut sum, mut total) = (0.0f64, 0.0f64);
     for i in 0..film.len() {

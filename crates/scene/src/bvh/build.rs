@@ -1,5 +1,5 @@
-//! Building: obvhs makes a binary tree (PLOC, Meister and Bittner 2017, with parallel reinsertion, 2018); it is
-//! opened here to nodes of eight children and leaves of up to eight triangles.
+//! Building: obvhs makes a binary tree (PLOC, Meister and Bittner 2017, with parallel reinsertion, 2018); it
+//! is opened here to nodes of eight children and leaves of up to eight triangles.
 
 use super::node::{LEAF, Node};
 use super::triangle::Block;
@@ -12,11 +12,12 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 /// Share of the nodes that each pass of reinsertion moves.
 const REINSERTION: f32 = 0.05;
-/// Cost of a node in triangles, which decides how full leaves are: a block of eight costs what one triangle does.
+/// Cost of a node in triangles, which decides how full leaves are: a block of eight costs what one triangle
+/// does.
 const TRAVERSAL_COST: f32 = 8.0;
 
-/// The tree of a mesh; triangles with a bad index or a corner that is not finite are left out, and of those with the same
-/// corners all but the first: no box parts them, so that every ray would visit each.
+/// The tree of a mesh; triangles with a bad index or a corner that is not finite are left out, and of those
+/// with the same corners all but the first: no box parts them, so that every ray would visit each.
 pub fn build(mesh: &Mesh) -> Bvh {
     let corner = |i: u32| mesh.positions.get(i as usize).copied().unwrap_or(Vec3::NAN);
     let (mut ids, mut corners) = (Vec::new(), Vec::new());
@@ -43,7 +44,8 @@ pub fn build(mesh: &Mesh) -> Bvh {
 fn drop_repeated(ids: &mut Vec<u32>, corners: &mut Vec<[Vec3; 3]>) {
     let bits = |k: u32| corners[k as usize].map(|p| p.to_array().map(f32::to_bits));
     let hash = |k: u32| {
-        // FNV-1a (Fowler, Noll and Vo) by words; only equal corners are dropped, so that a collision costs nothing.
+        // FNV-1a (Fowler, Noll and Vo) by words; only equal corners are dropped, so that a collision costs
+        // nothing.
         let step = |h: u64, b: u32| (h ^ u64::from(b)).wrapping_mul(0x0000_0100_0000_01b3);
         bits(k).into_iter().flatten().fold(0xcbf2_9ce4_8422_2325, step)
     };

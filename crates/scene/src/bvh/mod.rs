@@ -1,5 +1,5 @@
-//! Ray casting: a hierarchy of eight-wide nodes and leaves of eight triangles, one ray at a time, the eight boxes
-//! or triangles tested together. Both sides of a triangle block, and no ray passes between neighbours.
+//! Ray casting: a hierarchy of eight-wide nodes and leaves of eight triangles, one ray at a time, the eight
+//! boxes or triangles tested together. Both sides of a triangle block, and no ray passes between neighbours.
 
 mod build;
 mod node;
@@ -42,12 +42,14 @@ pub struct Bvh {
 const BATCH: usize = 1024;
 
 impl Bvh {
-    /// The hierarchy of `mesh`. Triangles with an index out of range or a corner that is not finite are left out.
+    /// The hierarchy of `mesh`. Triangles with an index out of range or a corner that is not finite are left
+    /// out.
     pub fn build(mesh: &Mesh) -> Self {
         build::build(mesh)
     }
 
-    /// The nearest hit at a distance in (0, `t_max`); of several at the same distance that of the lowest index.
+    /// The nearest hit at a distance in (0, `t_max`); of several at the same distance that of the lowest
+    /// index.
     pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
         let mut hit = [None];
         run(Closest { bvh: self, rays: std::slice::from_ref(ray), t_max, out: &mut hit });

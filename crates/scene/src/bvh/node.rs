@@ -8,8 +8,8 @@ use steradian_simd::Lanes;
 /// A child is a leaf: the rest of the number is its block.
 pub const LEAF: u32 = 1 << 31;
 
-/// Eight boxes, structure of arrays; absent children are empty boxes that only a ray of NaN hits, and lead to the
-/// first block, which holds no triangle.
+/// Eight boxes, structure of arrays; absent children are empty boxes that only a ray of NaN hits, and lead to
+/// the first block, which holds no triangle.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct Node {
@@ -45,8 +45,8 @@ pub struct Slabs<L> {
     near: [usize; 3],
 }
 
-/// Distances to the far planes are widened by this factor, so that rounding never loses a box (Ize 2013, Robust
-/// BVH Ray Traversal: 1 + 2γ₃; a fourth rounding here is that of the widened factor itself).
+/// Distances to the far planes are widened by this factor, so that rounding never loses a box (Ize 2013,
+/// Robust BVH Ray Traversal: 1 + 2γ₃; a fourth rounding here is that of the widened factor itself).
 const WIDEN: f32 = 1.000_000_6;
 
 impl<L: Lanes> Slabs<L> {
@@ -66,8 +66,8 @@ impl<L: Lanes> Slabs<L> {
 
     /// Where the ray enters each box, and a bit for every box that it meets in [0, `t_max`].
     ///
-    /// A ray inside a plane gives 0·∞ = NaN there, and a comparison with NaN keeps its second operand, which is
-    /// never NaN at the end: some planes do not count then, so a box may be met in vain but never missed.
+    /// A ray inside a plane gives 0·∞ = NaN there, and a comparison with NaN keeps its second operand, which
+    /// is never NaN at the end: some planes do not count then, so a box may be met in vain but never missed.
     #[inline(always)]
     pub fn enter(&self, node: &Node, t_max: f32) -> (L, u32) {
         let [x, y, z] = [
@@ -123,8 +123,9 @@ impl<L: Lanes> Cone<L> {
         }
     }
 
-    /// A bit for every box that some of the rays meet by [`Slabs::enter`] in [0, `t_max`], and for some others: distances are bounded
-    /// by those of rays of the least and the largest components, since rounding keeps order.
+    /// A bit for every box that some of the rays meet by [`Slabs::enter`] in [0, `t_max`], and for some
+    /// others: distances are bounded by those of rays of the least and the largest components, since rounding
+    /// keeps order.
     #[inline(always)]
     pub fn enter(&self, node: &Node, t_max: f32) -> u32 {
         let (mut enter, mut leave) = (L::splat(0.0), L::splat(t_max));

@@ -124,8 +124,8 @@ fn small_meshes_and_batches() {
     });
 }
 
-/// Rays of one origin that are looked at together see what each of them sees alone: along the axes too, where components are 0, and
-/// from vertices, where boxes touch the origin.
+/// Rays of one origin that are looked at together see what each of them sees alone: along the axes too, where
+/// components are 0, and from vertices, where boxes touch the origin.
 #[test]
 fn bundles_of_rays_are_those_rays() {
     on_every_isa(|| {
@@ -305,8 +305,8 @@ fn another_librarys_traversal_sees_the_same() {
     assert!(differ <= 2, "{differ}");
 }
 
-/// The Stanford bunny, 256 cosine-weighted directions at every 64th used vertex: 9.0 % are occluded (obvhs' own
-/// traversals agree to five digits on every fourth).
+/// The Stanford bunny, 256 cosine-weighted directions at every 64th used vertex: 9.0 % are occluded (obvhs'
+/// own traversals agree to five digits on every fourth).
 #[test]
 fn nine_percent_of_the_bunnys_directions_are_occluded() {
     let Some(path) = steradian_testkit::data("meshes/bunny_bun_zipper.ply") else { return };

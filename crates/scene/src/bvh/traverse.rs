@@ -24,7 +24,8 @@ impl Kernel for Occluded<'_> {
     fn run<A: Arch>(self) {
         let (mut fixed, mut heap) = ([0; FIXED], Vec::new());
         let stack = room(self.bvh.stack, &mut fixed, &mut heap);
-        // Not made for single rays, which meet no bundle: about a twentieth of their time, by runs that vary by more.
+        // Not made for single rays, which meet no bundle: about a twentieth of their time, by runs that vary
+        // by more.
         let mut front = None;
         for (out, rays) in self.out.chunks_mut(BUNDLE).zip(self.rays.chunks(BUNDLE)) {
             let below = match cone::<A::F32x8>(rays) {
@@ -65,7 +66,8 @@ fn cone<L: Lanes>(rays: &[Ray]) -> Option<Cone<L>> {
     (same && (high - low).element_sum() <= SIMILAR).then(|| Cone::new(first.origin, low, high))
 }
 
-/// The children of any nodes that a ray of a cone may meet, without their ancestors: no ray meets a box but by way of them.
+/// The children of any nodes that a ray of a cone may meet, without their ancestors: no ray meets a box but
+/// by way of them.
 #[inline(always)]
 fn entered<'a, L: Lanes>(bvh: &Bvh, cone: &Cone<L>, t_max: f32, front: &'a mut [Node; FRONT]) -> &'a [Node] {
     const MOST: usize = FRONT * LANES;

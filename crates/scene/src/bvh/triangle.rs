@@ -1,10 +1,10 @@
 //! The ray–triangle test, eight triangles at a time.
 //!
-//! Woop, Benthin, Wald 2013, Watertight Ray/Triangle Intersection (JCGT 2(1)): space is sheared so that the ray
-//! becomes the z axis; the edge functions of the two triangles at a shared edge are then exact negatives of
-//! each other, and no ray slips between them. Edge functions that are zero in f32 are computed again in f64, and so are
-//! distances that rounding may have put before or behind the origin: a ray that starts close above a triangle, and far from its
-//! corners, does not hit it. Both sides of a triangle are hit.
+//! Woop, Benthin, Wald 2013, Watertight Ray/Triangle Intersection (JCGT 2(1)): space is sheared so that the
+//! ray becomes the z axis; the edge functions of the two triangles at a shared edge are then exact negatives
+//! of each other, and no ray slips between them. Edge functions that are zero in f32 are computed again in
+//! f64, and so are distances that rounding may have put before or behind the origin: a ray that starts close
+//! above a triangle, and far from its corners, does not hit it. Both sides of a triangle are hit.
 
 use super::LANES;
 use super::node::splat;
@@ -125,8 +125,9 @@ impl<L: Lanes> Shear<L> {
     }
 }
 
-/// What rounding may add to the distances of triangles with these corners in sheared space and the inverse of the sum of their
-/// edge functions: an error of some ε z in x and y, which times x or y is that of an edge function, by which z is weighed.
+/// What rounding may add to the distances of triangles with these corners in sheared space and the inverse of
+/// the sum of their edge functions: an error of some ε z in x and y, which times x or y is that of an edge
+/// function, by which z is weighed.
 #[inline(always)]
 fn rounding<L: Lanes>([a, b, c]: &[[L; 3]; 3], inverse: L) -> L {
     let across = magnitude(&[a[0], a[1], b[0], b[1], c[0], c[1]]);

@@ -50,8 +50,8 @@ impl MeshReport {
 }
 
 impl Mesh {
-    /// A part of a mesh file with unit normals everywhere: made by angle weights where the file has none (flat
-    /// where its format asks for that), mended where they are zero. Triangles without area are dropped.
+    /// A part of a mesh file with unit normals everywhere: made by angle weights where the file has none
+    /// (flat where its format asks for that), mended where they are zero. Triangles without area are dropped.
     /// Tangents are kept where the file has valid ones for all used vertices, otherwise left empty.
     pub fn from_part(part: &Part, repairs: Repairs) -> (Self, MeshReport) {
         let mut mesh = Self {
@@ -124,8 +124,8 @@ impl Mesh {
         map
     }
 
-    /// Makes one vertex of those that agree bit for bit in position, normal, tangent, texture coordinates and colour;
-    /// returns the new index of each.
+    /// Makes one vertex of those that agree bit for bit in position, normal, tangent, texture coordinates and
+    /// colour; returns the new index of each.
     pub fn weld(&mut self) -> Vec<u32> {
         let mut first = std::collections::HashMap::with_capacity(self.positions.len());
         let mut map = Vec::with_capacity(self.positions.len());

@@ -4,10 +4,10 @@ use super::Mesh;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
-/// Vertex normals weighted by the angle of each incident triangle (Thürmer and Wüthrich 1998, Computing Vertex
-/// Normals from Polygonal Facets). Vertices at one position share their triangles, so that seams of the texture
-/// do not show; where the shared sum vanishes (two sheets back to back) the vertex's own triangles count. Zero
-/// where a vertex has no triangle.
+/// Vertex normals weighted by the angle of each incident triangle (Thürmer and Wüthrich 1998, Computing
+/// Vertex Normals from Polygonal Facets). Vertices at one position share their triangles, so that seams of
+/// the texture do not show; where the shared sum vanishes (two sheets back to back) the vertex's own
+/// triangles count. Zero where a vertex has no triangle.
 pub fn angle_weighted(mesh: &Mesh) -> Vec<Vec3> {
     let own = sums(mesh, None);
     let groups = same_position(&mesh.positions);

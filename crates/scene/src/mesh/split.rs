@@ -14,10 +14,10 @@ pub fn edge(a: u32, b: u32) -> Edge {
 }
 
 impl Mesh {
-    /// Halves `edges`, and of every triangle that has a halved edge its longest one too, so that triangles do not become
-    /// ever thinner (Rivara 1984). Both sides of a seam are divided alike. What varies over a triangle is interpolated, and
-    /// normals are unit; the surface stays where it is. Returns the edge that each new vertex is the middle of, in the order
-    /// of these vertices, which come after the others.
+    /// Halves `edges`, and of every triangle that has a halved edge its longest one too, so that triangles do
+    /// not become ever thinner (Rivara 1984). Both sides of a seam are divided alike. What varies over a
+    /// triangle is interpolated, and normals are unit; the surface stays where it is. Returns the edge that
+    /// each new vertex is the middle of, in the order of these vertices, which come after the others.
     pub fn halve_edges(&mut self, edges: &[Edge]) -> Vec<Edge> {
         let place = same_position(&self.positions);
         let key = |a: u32, b: u32| edge(place[a as usize], place[b as usize]);
@@ -109,8 +109,8 @@ mod tests {
     use super::*;
     use crate::shapes;
 
-    /// Some edges halved: no area is lost, no triangle turns over, every edge inside has two triangles, and the parts of a
-    /// side are those of its neighbour.
+    /// Some edges halved: no area is lost, no triangle turns over, every edge inside has two triangles, and
+    /// the parts of a side are those of its neighbour.
     #[test]
     fn halves_leave_the_surface_whole() {
         let mut mesh = shapes::torus(0.7, 0.3, 12);

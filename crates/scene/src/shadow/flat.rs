@@ -8,17 +8,19 @@ use std::sync::Arc;
 pub enum Flat {
     /// A hierarchy of boxes in the order of a traversal that needs no stack.
     Rays {
-        /// Lower corner, a number, upper corner, a number. Where the first number is positive, a ray that misses the box goes on at
-        /// that row, else at the next one; where it is −n, the box holds n triangles from that of the second number on.
+        /// Lower corner, a number, upper corner, a number. Where the first number is positive, a ray that
+        /// misses the box goes on at that row, else at the next one; where it is −n, the box holds n
+        /// triangles from that of the second number on.
         boxes: Vec<[f32; 8]>,
         /// Three corners.
         triangles: Vec<[f32; 9]>,
     },
     /// Depth maps ([`super::ShadowMaps`]).
     Maps {
-        /// Of each light: direction or position, and 1 for a position; columns of the axes (x and y of the map and towards the light),
-        /// with the middle's x and y and half a side behind them; texels of a side, the number of the first texel (a cube's six
-        /// faces follow each other), and 1 where the next row is a wider map of the same light.
+        /// Of each light: direction or position, and 1 for a position; columns of the axes (x and y of the
+        /// map and towards the light), with the middle's x and y and half a side behind them; texels of a
+        /// side, the number of the first texel (a cube's six faces follow each other), and 1 where the next
+        /// row is a wider map of the same light.
         lights: Vec<[f32; 20]>,
         /// Depths, row after row.
         depths: Vec<f32>,
@@ -29,8 +31,8 @@ pub enum Flat {
     Volumes(Arc<Volumes>),
 }
 
-/// Shadow volumes as they are drawn: caps at what blocks, sides from there to infinitely far away from the light, and the caps again
-/// there.
+/// Shadow volumes as they are drawn: caps at what blocks, sides from there to infinitely far away from the
+/// light, and the caps again there.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Volumes {
     /// Corners.
@@ -39,13 +41,14 @@ pub struct Volumes {
     pub lights: Vec<Boundary>,
 }
 
-/// The shadow volume of a light. A number behind corners says how many prisms the piece bounds, positive where its normal leads out of
-/// them.
+/// The shadow volume of a light. A number behind corners says how many prisms the piece bounds, positive
+/// where its normal leads out of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boundary {
     /// The light.
     pub light: LightAt,
-    /// Triangles that block, in the mesh's own order of corners, so that they are drawn to the same depths: three corners, number.
+    /// Triangles that block, in the mesh's own order of corners, so that they are drawn to the same depths:
+    /// three corners, number.
     pub caps: Vec<([u32; 3], i32)>,
     /// From p, q of an edge on to the same two infinitely far away, and to p there.
     pub sides: Vec<([u32; 2], i32)>,

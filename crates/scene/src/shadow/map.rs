@@ -9,8 +9,8 @@ use glam::{Mat3, Vec2, Vec3};
 pub struct MapOptions {
     /// Texels of a side: of a distant light's map, and of each of the six of a near one's cube.
     pub size: usize,
-    /// Texels of a side of the square whose comparisons are averaged (Reeves, Salesin & Cook 1987, *Rendering Antialiased Shadows
-    /// with Depth Maps*); 1 compares one.
+    /// Texels of a side of the square whose comparisons are averaged (Reeves, Salesin & Cook 1987, *Rendering
+    /// Antialiased Shadows with Depth Maps*); 1 compares one.
     pub taps: usize,
 }
 
@@ -22,15 +22,16 @@ impl Default for MapOptions {
 
 /// Steeper receivers, as a tangent, are taken for this steep: 84°.
 const STEEPEST: f32 = 10.0;
-/// Bias towards the light in texels, for a receiver that faces it and for each unit of its slope's tangent. Texels compare with the
-/// receiver's plane (Isidoro 2006, *Shadow Mapping: GPU-based Tips and Techniques*), so that this has to cover curvature and the
-/// angle between shading normals and facets alone.
+/// Bias towards the light in texels, for a receiver that faces it and for each unit of its slope's tangent.
+/// Texels compare with the receiver's plane (Isidoro 2006, *Shadow Mapping: GPU-based Tips and Techniques*),
+/// so that this has to cover curvature and the angle between shading normals and facets alone.
 const BIAS: [f32; 2] = [0.5, 0.5];
 
-/// Depth maps of some lights, a texel the nearest surface along its centre's ray. Both sides of a triangle block.
+/// Depth maps of some lights, a texel the nearest surface along its centre's ray. Both sides of a triangle
+/// block.
 ///
-/// A point is blocked where its depth is beyond a texel's by more than the bias of half a texel or more, which lets light leak that far under
-/// what touches a surface.
+/// A point is blocked where its depth is beyond a texel's by more than the bias of half a texel or more,
+/// which lets light leak that far under what touches a surface.
 #[derive(Debug, Clone)]
 pub struct ShadowMaps {
     maps: Vec<(LightAt, Map)>,
@@ -39,8 +40,8 @@ pub struct ShadowMaps {
 
 #[derive(Debug, Clone)]
 enum Map {
-    /// Orthographic: towards (x, y, to the light), the middle, half a side in metres, and depths: metres towards the light.
-    /// Points that are not all within it look into the wider one.
+    /// Orthographic: towards (x, y, to the light), the middle, half a side in metres, and depths: metres
+    /// towards the light. Points that are not all within it look into the wider one.
     Plane { axes: Mat3, middle: Vec2, half: f32, size: usize, depth: Vec<f32>, wider: Option<Box<Map>> },
     /// Six faces about a point: depths along the face's axis, metres.
     Cube { size: usize, depth: Vec<f32> },
@@ -105,22 +106,23 @@ fn plane(mesh: &Mesh, bvh: &Bvh, d: Vec3, size: usize) -> Map {
 
 /// Rays of a side by which a distant light's map finds where surfaces lie behind surfaces.
 const COARSE: usize = 128;
-/// Surfaces as near as this, in diameters of the mesh, are one: above the rounding of singles, and no more, since a ground that
-/// reaches the horizon has a diameter of 20 000 times the object's.
+/// Surfaces as near as this, in diameters of the mesh, are one: above the rounding of singles, and no more,
+/// since a ground that reaches the horizon has a diameter of 20 000 times the object's.
 const OFF: f32 = 2e-6;
 /// A map of a part is made where that is smaller than this part of the whole.
 const WORTH: f32 = 0.7;
 /// Triangles of which the corners are tried too; of more the middles are close enough.
 const FEW: usize = 1 << 18;
 
-/// The middle and half the side of the square about a rectangle, with a texel more on each side, so that what lies at the border
-/// is compared with something.
+/// The middle and half the side of the square about a rectangle, with a texel more on each side, so that what
+/// lies at the border is compared with something.
 fn square(lo: Vec2, hi: Vec2, size: usize) -> (Vec2, f32) {
     (0.5 * (lo + hi), (0.5 * (hi - lo).max_element()).max(1e-6) * (1.0 + 2.0 / size as f32))
 }
 
-/// Points that shadow something, or are shadowed, in a distant light from `d`: of triangles, and of where `first`, rays from the
-/// light, arrive. A map that covers them leaves out a ground's far parts, which nothing shadows.
+/// Points that shadow something, or are shadowed, in a distant light from `d`: of triangles, and of where
+/// `first`, rays from the light, arrive. A map that covers them leaves out a ground's far parts, which
+/// nothing shadows.
 fn layered(mesh: &Mesh, bvh: &Bvh, first: &[Ray], d: Vec3, touching: f32) -> Vec<Vec3> {
     let corners = mesh.triangles.len() <= FEW;
     let mut points: Vec<Vec3> = (0..mesh.triangles.len())
@@ -246,8 +248,8 @@ impl Map {
                     let (face, at) = face_of(face_direction(face, (tap + 0.5) * step - 1.0));
                     let [x, y] = [at.x, at.y].map(|x| nearest(x) as usize);
                     let e = face_direction(face, centre(y * size + x, *size));
-                    // Where the ray of this texel meets the receiver's plane; a plane seen from too steep is taken for one that
-                    // faces the light.
+                    // Where the ray of this texel meets the receiver's plane; a plane seen from too steep is
+                    // taken for one that faces the light.
                     let along = e.dot(normal);
                     let flat = far * e.abs().max_element();
                     let own = if along.abs() * STEEPEST > e.length() { to.dot(normal) / along } else { flat };
@@ -260,7 +262,8 @@ impl Map {
     }
 }
 
-/// How much a plane of a normal with these parts across and towards the light rises against the light, a metre for a metre.
+/// How much a plane of a normal with these parts across and towards the light rises against the light, a
+/// metre for a metre.
 fn steepness(across: Vec2, towards: f32) -> Vec2 {
     let slope = across / towards.abs().max(1e-6) * towards.signum();
     slope.clamp_length_max(STEEPEST)

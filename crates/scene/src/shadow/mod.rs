@@ -1,7 +1,7 @@
 //! What stands between points and lights: rays, shadow maps, shadow volumes.
 //!
-//! Rays through the hierarchy are the yardstick. Maps and volumes are what rasterisers draw; here they are computed without one, so
-//! that a picture shows what each of them costs in accuracy.
+//! Rays through the hierarchy are the yardstick. Maps and volumes are what rasterisers draw; here they are
+//! computed without one, so that a picture shows what each of them costs in accuracy.
 
 mod flat;
 mod map;
@@ -17,8 +17,8 @@ pub use volume::ShadowVolumes;
 
 /// What stands between points and lights.
 pub trait Blocker: Debug + Send + Sync {
-    /// The part of a light that arrives, 0 … 1: from the unit direction of `ray`, `distance` away (infinite for distant ones), at
-    /// the ray's origin, a point of unit normal `normal`.
+    /// The part of a light that arrives, 0 … 1: from the unit direction of `ray`, `distance` away (infinite
+    /// for distant ones), at the ray's origin, a point of unit normal `normal`.
     fn arriving(&self, ray: &Ray, normal: Vec3, distance: f32) -> f32;
 
     /// Is there [`Blocker::flat`]?
@@ -26,8 +26,8 @@ pub trait Blocker: Debug + Send + Sync {
         false
     }
 
-    /// The same as rows of numbers, for devices that run no code of ours; `None` where it has no such form, or more rows than
-    /// single precision can number.
+    /// The same as rows of numbers, for devices that run no code of ours; `None` where it has no such form,
+    /// or more rows than single precision can number.
     fn flat(&self) -> Option<Flat> {
         None
     }
@@ -60,8 +60,8 @@ pub enum LightAt {
 }
 
 impl LightAt {
-    /// How far it is from being the light that `ray` looks for at `distance`: an angle in radians or a distance in metres; infinite
-    /// for one of the other kind.
+    /// How far it is from being the light that `ray` looks for at `distance`: an angle in radians or a
+    /// distance in metres; infinite for one of the other kind.
     fn mismatch(self, ray: &Ray, distance: f32) -> f32 {
         match self {
             Self::Far(d) if distance.is_infinite() => (d - ray.direction).length(),

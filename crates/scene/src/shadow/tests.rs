@@ -105,7 +105,8 @@ fn filtered_edges_are_between_light_and_shadow() {
     assert!(parts.iter().filter(|p| **p > 0.1 && **p < 0.9).count() > 100);
 }
 
-/// Volumes are those of rays but where a ray passes an edge by less than rounding: there the verdict of rays changes too within 1e-3.
+/// Volumes are those of rays but where a ray passes an edge by less than rounding: there the verdict of rays
+/// changes too within 1e-3.
 #[test]
 fn volumes_are_what_rays_find() {
     let open = Mesh::merged(&[

@@ -1,8 +1,10 @@
-//! Shadow volumes (Crow 1977, *Shadow Algorithms for Computer Graphics*), counted behind the point (Bilodeau & Songy; Carmack 2000,
-//! z-fail): the count is that of a ray from the point outwards, so that it holds wherever camera and light are.
+//! Shadow volumes (Crow 1977, *Shadow Algorithms for Computer Graphics*), counted behind the point (Bilodeau
+//! & Songy; Carmack 2000, z-fail): the count is that of a ray from the point outwards, so that it holds
+//! wherever camera and light are.
 //!
-//! Every triangle, turned to face the light, spawns a prism away from it, and sides between neighbours cancel (Kim, Kim & Oh 2008,
-//! *Shadow Volumes for General Polyhedra*), so that open meshes and edges of three triangles need no exception.
+//! Every triangle, turned to face the light, spawns a prism away from it, and sides between neighbours cancel
+//! (Kim, Kim & Oh 2008, *Shadow Volumes for General Polyhedra*), so that open meshes and edges of three
+//! triangles need no exception.
 
 use super::{Blocker, Boundary, Flat, LightAt, Volumes, meant};
 use crate::{Bvh, Mesh, Ray};
@@ -10,12 +12,13 @@ use glam::Vec3;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// How far sides reach away from the light, in diagonals of the mesh: further, and single precision blurs the edges of shadows.
+/// How far sides reach away from the light, in diagonals of the mesh: further, and single precision blurs the
+/// edges of shadows.
 const REACH: f32 = 10.0;
 /// Directions of which rays outwards get the one that leaves the prisms soonest.
 const TRIED: usize = 64;
-/// How far from edges, as the light sees them, that direction is wanted, radians: a ray leaves a prism within 1/tan of it times its
-/// distance from the light.
+/// How far from edges, as the light sees them, that direction is wanted, radians: a ray leaves a prism within
+/// 1/tan of it times its distance from the light.
 const CLEAR: f32 = 0.12;
 
 /// The shadow volumes of some lights. Both sides of a triangle block.
@@ -31,7 +34,8 @@ pub struct ShadowVolumes {
 struct Volume {
     bvh: Bvh,
     mesh: Mesh,
-    /// For each triangle of the boundary how many prisms it bounds, positive where its normal leads out of them.
+    /// For each triangle of the boundary how many prisms it bounds, positive where its normal leads out of
+    /// them.
     count: Vec<i32>,
     /// How many of them are caps; behind these lie two a side.
     caps: usize,
@@ -132,8 +136,8 @@ impl Welded {
     }
 }
 
-/// The direction of rays: across a distant light, whose prisms they leave; of those about a near light one that is far from edges, with
-/// the number of triangles beyond which the light does not reach there.
+/// The direction of rays: across a distant light, whose prisms they leave; of those about a near light one
+/// that is far from edges, with the number of triangles beyond which the light does not reach there.
 fn outwards(light: LightAt, caps: &Mesh) -> (Vec3, i32) {
     let origin = match light {
         LightAt::Far(d) => {

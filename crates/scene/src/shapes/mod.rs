@@ -1,5 +1,5 @@
-//! Built-in shapes: all lie in the unit ball about the origin unless asked otherwise, have analytic normals, and
-//! (but for the icosphere) texture coordinates and tangents.
+//! Built-in shapes: all lie in the unit ball about the origin unless asked otherwise, have analytic normals,
+//! and (but for the icosphere) texture coordinates and tangents.
 
 mod grid;
 mod registry;

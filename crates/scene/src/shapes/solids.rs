@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// A square of side `size` in the plane y = `height`, facing +Y, cut into `segments`² cells. Texture: u to +X,
-/// v to +Z.
+/// A square of side `size` in the plane y = `height`, facing +Y, cut into `segments`² cells. Texture: u to
+/// +X, v to +Z.
 pub fn plane(size: f64, height: f64, segments: u32) -> Mesh {
     let mut mesh = Mesh::default();
     quad(&mut mesh, segments, DVec3::Y * height, DVec3::X * size, DVec3::Z * size, [0.0; 2], [1.0; 2]);
@@ -40,8 +40,8 @@ fn quad(mesh: &mut Mesh, n: u32, centre: DVec3, u: DVec3, v: DVec3, uv_min: [f64
     grid.append(mesh, |a, b| Sample { p: centre + u * (a - 0.5) + v * (b - 0.5), n: normal, t: u });
 }
 
-/// The closed cylinder about +Y, centred at the origin: `segments` cells around, as many cells along the height
-/// as keep them square, caps of rings.
+/// The closed cylinder about +Y, centred at the origin: `segments` cells around, as many cells along the
+/// height as keep them square, caps of rings.
 pub fn cylinder(radius: f64, height: f64, segments: u32) -> Mesh {
     let n = segments.max(3);
     let side = TAU * radius / f64::from(n);
@@ -68,8 +68,8 @@ pub fn cylinder(radius: f64, height: f64, segments: u32) -> Mesh {
     mesh
 }
 
-/// The unit sphere from an icosahedron whose triangles are cut in four `level` times: nearly equal triangles, no
-/// poles, no texture coordinates. 20·4^level triangles.
+/// The unit sphere from an icosahedron whose triangles are cut in four `level` times: nearly equal triangles,
+/// no poles, no texture coordinates. 20·4^level triangles.
 pub fn icosphere(level: u32) -> Mesh {
     let g = 0.5 * (1.0 + 5.0f64.sqrt());
     let mut points: Vec<DVec3> = Vec::new();

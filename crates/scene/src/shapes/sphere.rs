@@ -7,9 +7,9 @@ use std::f64::consts::{PI, TAU};
 /// The unit sphere of `segments` slices around +Y and half as many stacks (at least 3 and 2), with analytic
 /// normals (n = p), texture coordinates and tangents.
 ///
-/// v = acos(y)/π runs from 0 at +Y to 1 at −Y and u = 0.5 − atan2(z, x)/2π, so that a texture reads unmirrored
-/// from outside. The tangent, along growing u, is normalize(+Y × n): the one that a surface without tangents
-/// gets.
+/// v = acos(y)/π runs from 0 at +Y to 1 at −Y and u = 0.5 − atan2(z, x)/2π, so that a texture reads
+/// unmirrored from outside. The tangent, along growing u, is normalize(+Y × n): the one that a surface
+/// without tangents gets.
 pub fn sphere(segments: u32) -> Mesh {
     let slices = segments.max(3);
     let stacks = (slices / 2).max(2);

@@ -1,7 +1,8 @@
-//! The Utah teapot (Newell 1975, with the rim, lid and bottom as commonly distributed): 32 bicubic Bézier patches.
+//! The Utah teapot (Newell 1975, with the rim, lid and bottom as commonly distributed): 32 bicubic Bézier
+//! patches.
 //!
-//! Its 290 distinct control points follow from the six profiles and the fourteen sections below: the body, the
-//! lid and the bottom are made of quarter turns, handle and spout of mirrored halves.
+//! Its 290 distinct control points follow from the six profiles and the fourteen sections below: the body,
+//! the lid and the bottom are made of quarter turns, handle and spout of mirrored halves.
 
 use super::grid::{Grid, Sample};
 use crate::Mesh;
@@ -15,8 +16,8 @@ const fn ring(radius: f64, height: f64) -> Ring {
     [radius, 0.56 * radius, height]
 }
 
-/// Rim, upper and lower body, knob, lid, bottom: each from the inside over the top to the outside and down, the
-/// bottom from its centre outward.
+/// Rim, upper and lower body, knob, lid, bottom: each from the inside over the top to the outside and down,
+/// the bottom from its centre outward.
 const PROFILES: [[Ring; 4]; 6] = [
     [ring(1.4, 2.4), ring(1.3375, 2.53125), ring(1.4375, 2.53125), ring(1.5, 2.4)],
     [ring(1.5, 2.4), ring(1.75, 1.875), ring(2.0, 1.35), ring(2.0, 0.9)],
@@ -127,11 +128,11 @@ fn sample(patch: &Patch, u: f64, v: f64) -> Sample {
     Sample { p: blend(patch, bu, bv), n: pv.cross(pu).normalize_or(DVec3::Y), t: pu }
 }
 
-/// The teapot, each patch cut into `segments`² cells, with the patches' own normals, tangents along their u, and
-/// texture coordinates that run over every patch once.
+/// The teapot, each patch cut into `segments`² cells, with the patches' own normals, tangents along their u,
+/// and texture coordinates that run over every patch once.
 ///
-/// It is centred and scaled so that its bounding box fits the unit ball; the spout points to +X. With `fit_lid`
-/// the lid is widened from 1.3 to 1.4 of its units, which closes the gap of the published data.
+/// It is centred and scaled so that its bounding box fits the unit ball; the spout points to +X. With
+/// `fit_lid` the lid is widened from 1.3 to 1.4 of its units, which closes the gap of the published data.
 pub fn teapot(segments: u32, fit_lid: bool) -> Mesh {
     let mut mesh = Mesh::default();
     for patch in patches(fit_lid) {

@@ -5,8 +5,8 @@ use crate::Mesh;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// The torus about +Y: a circle of radius `minor` around one of radius `major`, `segments` cells around the axis
-/// and half as many around the tube. Analytic normals and tangents.
+/// The torus about +Y: a circle of radius `minor` around one of radius `major`, `segments` cells around the
+/// axis and half as many around the tube. Analytic normals and tangents.
 pub fn torus(major: f64, minor: f64, segments: u32) -> Mesh {
     let mut mesh = Mesh::default();
     let grid = Grid { wrap_u: true, wrap_v: true, ..Grid::new(segments.max(3), (segments / 2).max(3)) };
@@ -20,9 +20,9 @@ pub fn torus(major: f64, minor: f64, segments: u32) -> Mesh {
     mesh
 }
 
-/// A torus knot: the tube of radius `tube` around the closed curve that winds `p` times about the axis (+Y) and
-/// `q` times about the core circle of a torus of radii `major` and `minor`. `segments` cells along each winding,
-/// an eighth of them (at least 8) around the tube.
+/// A torus knot: the tube of radius `tube` around the closed curve that winds `p` times about the axis (+Y)
+/// and `q` times about the core circle of a torus of radii `major` and `minor`. `segments` cells along each
+/// winding, an eighth of them (at least 8) around the tube.
 ///
 /// The normal of a tube of constant radius lies in the plane across the curve, so it is exact for any frame
 /// there; the one used follows the torus' own normal and closes.

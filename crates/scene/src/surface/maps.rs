@@ -41,8 +41,8 @@ pub struct SurfaceMaps {
     pub filtering: NormalFiltering,
 }
 
-/// The colours of a reflectance with a diffuse and a specular part. Radiance is linear in each of them, so that their means
-/// over a footprint stand for what lies under it.
+/// The colours of a reflectance with a diffuse and a specular part. Radiance is linear in each of them, so
+/// that their means over a footprint stand for what lies under it.
 #[derive(Debug, Clone)]
 pub struct Colours {
     /// Albedo of the diffuse part.
@@ -52,8 +52,8 @@ pub struct Colours {
 }
 
 impl Colours {
-    /// The colours of glTF 2.0 (B.2) by base colour and metalness of the same texels: albedo = (1 − m) c, f0 = (1 − m)
-    /// `dielectric` + m c.
+    /// The colours of glTF 2.0 (B.2) by base colour and metalness of the same texels: albedo = (1 − m) c,
+    /// f0 = (1 − m) `dielectric` + m c.
     pub fn metallic(base: &Texture, metallic: &Texture, dielectric: f32) -> Self {
         let mix = |f: &dyn Fn(f32, f32) -> f32| {
             Arc::new(base.joined(metallic, |c, m| std::array::from_fn(|k| f(c[k], m[k].clamp(0.0, 1.0)))))
@@ -74,8 +74,8 @@ impl SurfaceMaps {
     }
 }
 
-/// A map of alpha² from perceptual roughness: alpha = (factor · r)², at least `least`. `None` where the plane is
-/// empty or too short.
+/// A map of alpha² from perceptual roughness: alpha = (factor · r)², at least `least`. `None` where the plane
+/// is empty or too short.
 pub fn alpha2(
     width: usize,
     height: usize,

@@ -1,12 +1,15 @@
-//! Normal maps that do not alias: every level holds the mean of the normals under a texel and their covariance.
+//! Normal maps that do not alias: every level holds the mean of the normals under a texel and their
+//! covariance.
 //!
-//! Schilling (1997), *Towards Real-Time Photorealistic Rendering*; Kautz's course notes (2006), "Environment Map
-//! Anti-Aliasing"; Olano & Baker (2010), *LEAN Mapping*, which filters moments of slopes. Here the moments are those
-//! of the unit normal's x and y, which are bounded and are what a tilt of the normal turns the reflection by:
+//! Schilling (1997), *Towards Real-Time Photorealistic Rendering*; Kautz's course notes (2006), "Environment
+//! Map Anti-Aliasing"; Olano & Baker (2010), *LEAN Mapping*, which filters moments of slopes. Here the
+//! moments are those of the unit normal's x and y, which are bounded and are what a tilt of the normal turns
+//! the reflection by:
 //!
 //! > n̄ = E\[n\],  Σ = E\[(x, y)(x, y)ᵀ\] − (x̄, ȳ)(x̄, ȳ)ᵀ
 //!
-//! Both are area averages, so they filter linearly; at the finest level Σ = 0, and the map is the ordinary one.
+//! Both are area averages, so they filter linearly; at the finest level Σ = 0, and the map is the ordinary
+//! one.
 
 use super::{Texture, Wrap};
 use glam::{Vec2, Vec3};
@@ -30,8 +33,8 @@ pub struct Normals {
 }
 
 impl NormalMap {
-    /// The map of `width`·`height` values in 0 … 1 per plane, rows from the top, as glTF 2.0 (3.9.3) reads them: n =
-    /// normalize((2c − 1) · (scale, scale, 1)). `None` where it is empty or a plane is too short.
+    /// The map of `width`·`height` values in 0 … 1 per plane, rows from the top, as glTF 2.0 (3.9.3) reads
+    /// them: n = normalize((2c − 1) · (scale, scale, 1)). `None` where it is empty or a plane is too short.
     pub fn new(width: usize, height: usize, planes: &[Vec<f32>; 3], scale: f32) -> Option<Self> {
         let n = width.checked_mul(height)?;
         if planes.iter().any(|p| p.len() < n) {

@@ -4,8 +4,8 @@ use super::Texture;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Textures by name, each a parameter of a reflectance that varies over the surface: what the names mean is the
-/// business of whoever reads them.
+/// Textures by name, each a parameter of a reflectance that varies over the surface: what the names mean is
+/// the business of whoever reads them.
 #[derive(Debug, Clone, Default)]
 pub struct Planes(BTreeMap<String, Arc<Texture>>);
 

@@ -19,8 +19,8 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// A texture of linear planes of `width`·`height` values, rows from the top. `None` where it is empty or a
-    /// plane is too short.
+    /// A texture of linear planes of `width`·`height` values, rows from the top. `None` where it is empty or
+    /// a plane is too short.
     pub fn new(width: usize, height: usize, planes: &[Vec<f32>; 3]) -> Option<Self> {
         let n = width.checked_mul(height)?;
         if n == 0 || planes.iter().any(|p| p.len() < n) {
@@ -45,8 +45,8 @@ impl Texture {
         self.levels[self.levels.len() - 1].texels[0]
     }
 
-    /// The texture of `f` of this one's value and `other`'s, at the resolution of the finer one, beyond the unit square
-    /// as this one; its levels are the means of its own texels.
+    /// The texture of `f` of this one's value and `other`'s, at the resolution of the finer one, beyond the
+    /// unit square as this one; its levels are the means of its own texels.
     pub fn joined(&self, other: &Self, f: impl Fn([f32; 3], [f32; 3]) -> [f32; 3]) -> Self {
         let (a, b) = (self.size(), other.size());
         let (width, height) = (a.0.max(b.0), a.1.max(b.1));
@@ -67,8 +67,8 @@ impl Texture {
         self
     }
 
-    /// The texture whose texels are `f` of the texels of this one and of `other` at the same places; both have
-    /// one size.
+    /// The texture whose texels are `f` of the texels of this one and of `other` at the same places; both
+    /// have one size.
     pub fn zip(&self, other: &Self, f: impl Fn([f32; 3], [f32; 3]) -> [f32; 3]) -> Self {
         let level = |(a, b): (&Level, &Level)| Level {
             texels: a.texels.iter().zip(&b.texels).map(|(a, b)| f(*a, *b)).collect(),

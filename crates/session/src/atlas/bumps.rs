@@ -1,5 +1,5 @@
-//! Shadows of bumps on each other, and light from bump to bump, of techniques whose data differ from texel to texel: beside the path
-//! tracer's photographs of the surface that the data stand for.
+//! Shadows of bumps on each other, and light from bump to bump, of techniques whose data differ from texel to
+//! texel: beside the path tracer's photographs of the surface that the data stand for.
 
 use super::trials::{Outcome, difference};
 use super::{MATTE, Plan, takes};
@@ -17,8 +17,8 @@ use steradian_scene::surface::{Planes, Texture};
 use steradian_techniques::local::{AnyLocal, Content, LocalFrame, LocalLights};
 use steradian_techniques::{Material, PointsBuf, Radiance, View, find_local};
 
-/// Sixteen half balls, so many texels a side and as high as this over the width: slopes are up to the vertical, and balls both shadow
-/// the plane and light it.
+/// Sixteen half balls, so many texels a side and as high as this over the width: slopes are up to the
+/// vertical, and balls both shadow the plane and light it.
 const SIDE: usize = 32;
 const RELIEF: f64 = 0.1;
 /// Directions of views and lights of the photographs that maps are made of.
@@ -66,8 +66,8 @@ impl Session {
         })
     }
 
-    /// Shadows and light between bumps: does either bring a technique nearer to the photographs? `None` where it claims neither, or has
-    /// data of a mesh.
+    /// Shadows and light between bumps: does either bring a technique nearer to the photographs? `None` where
+    /// it claims neither, or has data of a mesh.
     pub(super) fn shadows_of_bumps(
         &mut self,
         plan: &Plan,

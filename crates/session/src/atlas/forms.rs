@@ -69,7 +69,8 @@ fn numbers(e: &Entry) -> Vec<String> {
     ]
 }
 
-/// How a tried claim is shown: the survey's letters for what holds, a dash for what is neither claimed nor holds.
+/// How a tried claim is shown: the survey's letters for what holds, a dash for what is neither claimed nor
+/// holds.
 fn mark(t: &Tried) -> &'static str {
     match (t.claimed, &t.outcome) {
         (true, Outcome::Holds(_)) => "x",
@@ -147,7 +148,8 @@ impl Atlas {
         );
     }
 
-    /// A line for each picture: `stage,technique,backend,` numbers, and last the reflectance, which has commas.
+    /// A line for each picture: `stage,technique,backend,` numbers, and last the reflectance, which has
+    /// commas.
     pub fn csv(&self) -> String {
         let mut out = String::from(
             "stage,technique,backend,relative_rms,stops,flip,certified,bytes,bake_seconds,shade_seconds,brdf\n",

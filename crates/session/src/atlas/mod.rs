@@ -1,9 +1,10 @@
-//! The atlas: every technique on the same scenes, and figure 11 of Kautz, *Hardware Lighting and Shading: a Survey* (2004), with
-//! each of its claims tried.
+//! The atlas: every technique on the same scenes, and figure 11 of Kautz, *Hardware Lighting and Shading: a
+//! Survey* (2004), with each of its claims tried.
 //!
-//! Techniques for environments shade a knot under one light, glossy and matte, beside the reference; those that know the mesh do so
-//! beside the path tracer, and the integral without shadows beside them, so that what visibility is worth is seen. A technique that
-//! takes neither reflectance shows one of its own. Techniques for directional and point lights shade the knot under three.
+//! Techniques for environments shade a knot under one light, glossy and matte, beside the reference; those
+//! that know the mesh do so beside the path tracer, and the integral without shadows beside them, so that
+//! what visibility is worth is seen. A technique that takes neither reflectance shows one of its own.
+//! Techniques for directional and point lights shade the knot under three.
 
 mod advice;
 mod bumps;
@@ -60,7 +61,8 @@ pub enum Stage {
     Local,
     /// The same with what the mesh hides and reflects, for techniques that know it; beside the path tracer.
     Scattered,
-    /// The same for techniques with data per texel, beside the surface without them: no reference knows the data.
+    /// The same for techniques with data per texel, beside the surface without them: no reference knows the
+    /// data.
     Textured,
 }
 
@@ -126,8 +128,8 @@ pub fn scatters(t: &dyn AnyLocal) -> bool {
     t.card().capabilities.interreflections && t.needs_sites(&ParamValues::default())
 }
 
-/// A reflectance that a technique takes: of those of `preferred` whose model it is tested with (so that a mirror's technique shows a
-/// mirror), or else of its own specimens.
+/// A reflectance that a technique takes: of those of `preferred` whose model it is tested with (so that a
+/// mirror's technique shows a mirror), or else of its own specimens.
 pub fn specimen(card: &Card, preferred: &[&'static str]) -> &'static str {
     if let [only] = card.specimens {
         return only;
@@ -167,8 +169,8 @@ pub fn three_lights() -> Lights {
     }
 }
 
-/// Parameters with which a technique shadows the mesh by itself: its defaults, or one choice that makes it do so; `None` where it
-/// never does.
+/// Parameters with which a technique shadows the mesh by itself: its defaults, or one choice that makes it do
+/// so; `None` where it never does.
 fn shadowing(t: &dyn AnyTechnique) -> Option<ParamValues> {
     let plain = ParamValues::default();
     if t.self_shadowing(&plain) || t.card().needs.sites {
@@ -262,7 +264,8 @@ impl Session {
         Ok(Chapter { stage, brdf: spec.into(), truth, unshadowed, entries })
     }
 
-    /// A technique for directional and point lights: its stage, reflectance, what it is held against, and its answers.
+    /// A technique for directional and point lights: its stage, reflectance, what it is held against, and its
+    /// answers.
     fn local(
         &mut self,
         plan: &Plan,
@@ -285,8 +288,8 @@ impl Session {
         Ok((stage, spec, truth, Entry { card, answers: answers.collect() }))
     }
 
-    /// The knot under three directional lights by a technique for them, with its parameters: the reflectance, the scene, and what stands
-    /// beside it, which has no light to shade. Paths go as far as its light does.
+    /// The knot under three directional lights by a technique for them, with its parameters: the reflectance,
+    /// the scene, and what stands beside it, which has no light to shade. Paths go as far as its light does.
     fn near(
         &mut self,
         plan: &Plan,
@@ -327,7 +330,8 @@ fn no_answer() -> Error {
     Error::failed("a comparison without an answer")
 }
 
-/// Techniques by the reflectances that they are shown with: glossy, matte, and for those that take neither one of their own.
+/// Techniques by the reflectances that they are shown with: glossy, matte, and for those that take neither
+/// one of their own.
 fn by_reflectance(all: &[&'static dyn AnyTechnique]) -> Vec<(String, Vec<&'static dyn AnyTechnique>)> {
     let mut out: Vec<(String, Vec<&'static dyn AnyTechnique>)> = Vec::new();
     for spec in [GLOSSY, MATTE] {

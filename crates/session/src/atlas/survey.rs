@@ -20,9 +20,10 @@ pub const COLUMNS: [Column; 11] = [
     ("dynamic objects", |c| c.dynamic_objects),
 ];
 
-/// The printed row of a technique's paper, a character for each of [`COLUMNS`]: x supported, p potentially, but not described in the
-/// paper, s shadowing and i interreflections with other methods, n near interactive, d for diffuse surfaces in real time and for others
-/// interactively, w only without shadowing and interreflections, · nothing. `None` for techniques that the figure does not list.
+/// The printed row of a technique's paper, a character for each of [`COLUMNS`]: x supported, p potentially,
+/// but not described in the paper, s shadowing and i interreflections with other methods, n near interactive,
+/// d for diffuse surfaces in real time and for others interactively, w only without shadowing and
+/// interreflections, · nothing. `None` for techniques that the figure does not list.
 pub fn published(slug: &str) -> Option<&'static str> {
     Some(match slug {
         // Heidrich and Seidel 1998, for local light.

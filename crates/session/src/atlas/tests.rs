@@ -59,7 +59,8 @@ fn shadows_by_a_parameter_are_found() {
     assert_eq!(lobes.0.len(), 1);
 }
 
-/// Who claims all isotropic or all anisotropic reflectance takes all of the list that are of light from above.
+/// Who claims all isotropic or all anisotropic reflectance takes all of the list that are of light from
+/// above.
 #[test]
 fn claims_of_all_reflectance_hold() {
     for card in cards() {

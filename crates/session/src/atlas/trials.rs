@@ -49,7 +49,8 @@ const DIFFUSE: [&str; 4] = [
     "ward:ax=0.2,ay=0.2,rs=0.3,rd=0.3",
     "lafortune:@skin",
 ];
-/// Isotropic reflectances of all kinds: Lambertian and rough, lobes, microfacets, layers, sheen, fits to measurements.
+/// Isotropic reflectances of all kinds: Lambertian and rough, lobes, microfacets, layers, sheen, fits to
+/// measurements.
 const ISOTROPIC: [&str; 14] = [
     "lambert:albedo=0.5",
     "oren-nayar:sigma=0.5",
@@ -86,10 +87,11 @@ const BUMPED: [f64; 2] = [1.5, 0.02];
 /// Width of the lobe that a point brings with itself, and how far it may be from a bake of that width.
 const OWN_WIDTH: f64 = 0.4;
 const OWN_WIDTH_WITHIN: f64 = 0.05;
-/// What is left at most of the error of the integral without shadows where a technique knows them: less by more than the noise of
-/// the path tracer.
+/// What is left at most of the error of the integral without shadows where a technique knows them: less by
+/// more than the noise of the path tracer.
 const SHADOWED: f64 = 0.95;
-/// Size of the pictures in constant light, and the noise of their paths at least: shadows matter ten times as much there.
+/// Size of the pictures in constant light, and the noise of their paths at least: shadows matter ten times as
+/// much there.
 const TINY: [usize; 2] = [32, 24];
 const COARSE_NOISE: f64 = 0.05;
 /// Size of the pictures in which light goes from surface to surface, and how often it is scattered.
@@ -130,8 +132,8 @@ impl Session {
         Ok(rows)
     }
 
-    /// Shadows: the picture beside the path tracer. It tells nothing of them where a technique errs more by leaving out where light comes
-    /// from than shadows matter: then the same under constant light.
+    /// Shadows: the picture beside the path tracer. It tells nothing of them where a technique errs more by
+    /// leaving out where light comes from than shadows matter: then the same under constant light.
     fn shadows(
         &mut self,
         plan: &Plan,
@@ -172,8 +174,8 @@ impl Session {
         Ok([error(1), error(2)])
     }
 
-    /// Light from surface to surface: does it bring a technique nearer to paths of several scattering events? Techniques of one
-    /// reflectance share the paths.
+    /// Light from surface to surface: does it bring a technique nearer to paths of several scattering events?
+    /// Techniques of one reflectance share the paths.
     fn bounces(&mut self, plan: &Plan) -> Result<BTreeMap<&'static str, Outcome>, Error> {
         let has = |t: &&'static dyn AnyTechnique| {
             let scatters = t.card().capabilities.interreflections;
@@ -212,8 +214,8 @@ impl Session {
 }
 
 impl Session {
-    /// Shadows and light from surface to surface of a technique for directional and point lights that knows the mesh: does either bring it
-    /// nearer to paths?
+    /// Shadows and light from surface to surface of a technique for directional and point lights that knows
+    /// the mesh: does either bring it nearer to paths?
     fn scattered(&mut self, plan: &Plan, t: &'static dyn AnyLocal) -> Result<Option<[Outcome; 2]>, Error> {
         if !super::scatters(t) {
             return Ok(None);
@@ -245,8 +247,9 @@ fn row(card: &'static steradian_techniques::Card, outcomes: Vec<Outcome>) -> Row
     Row { card, tried }
 }
 
-/// The five columns of reflectances: of the lists, and for single models of the technique's own specimens too, which it takes.
-/// "All" are those of light from above the surface: lobes of the whole sphere, as fibres and maps have them, are no BRDFs.
+/// The five columns of reflectances: of the lists, and for single models of the technique's own specimens
+/// too, which it takes. "All" are those of light from above the surface: lobes of the whole sphere, as fibres
+/// and maps have them, are no BRDFs.
 pub(super) fn reflectances(card: &steradian_techniques::Card) -> Vec<Outcome> {
     let own = |isotropic: bool| {
         let is = move |s: &&&str| parse(s).is_ok_and(|b| b.is_isotropic() == isotropic);
@@ -411,7 +414,8 @@ impl Shaded {
 }
 
 impl Shaded {
-    /// Numbers of the reflectance from images, each point somewhere else on them, beside the integral with the point's own.
+    /// Numbers of the reflectance from images, each point somewhere else on them, beside the integral with
+    /// the point's own.
     fn by_texel(&self, task: &Task) -> Result<Outcome, Error> {
         let planes = specimens::planes(self.technique.planes());
         let material = Material::new(self.brdf.clone()).with_textures(planes);

@@ -12,7 +12,8 @@ use steradian_techniques::{AnyBake, AnyTechnique, PointsBuf, Radiance};
 
 /// Smaller tensors hold orders, factors and sizes and stay as they are.
 const SMALLEST: usize = 256;
-/// Relative RMS error of rounding beyond which a tensor stays as it is: halves have 5e-4 at most unless they underflow.
+/// Relative RMS error of rounding beyond which a tensor stays as it is: halves have 5e-4 at most unless they
+/// underflow.
 const ROUNDING: f64 = 1e-3;
 /// What halves may add to a bake's error where no tolerance says: this part of it, or [`NEGLIGIBLE`].
 const SHARE: f64 = 0.1;
@@ -21,7 +22,8 @@ const NEGLIGIBLE: f64 = 1e-3;
 /// Points at which the shading of both is compared.
 const PROBES: usize = 1024;
 
-/// The bake as tensors, with halves where they are asked for and allowed; what they add joins the certificate.
+/// The bake as tensors, with halves where they are asked for and allowed; what they add joins the
+/// certificate.
 pub fn tensors(
     done: &mut Baked,
     technique: &'static dyn AnyTechnique,
@@ -81,7 +83,8 @@ fn rounding(a: &[f32], b: &[f32]) -> f64 {
     if d2 == 0.0 { 0.0 } else { (d2 / a2).sqrt() }
 }
 
-/// Relative RMS difference of what two bakes shade: normals uniform over the sphere, views over the hemispheres.
+/// Relative RMS difference of what two bakes shade: normals uniform over the sphere, views over the
+/// hemispheres.
 fn difference(a: &dyn AnyBake, b: &dyn AnyBake) -> f64 {
     let points = points();
     let shade = |bake: &dyn AnyBake| {

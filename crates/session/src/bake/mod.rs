@@ -57,8 +57,8 @@ pub enum Accuracy {
 const EPSILON: &str = "energy_epsilon";
 
 impl Accuracy {
-    /// What a tolerance, or else an energy, asks of a technique: of one that bounds no energy the square root of it is a
-    /// tolerance.
+    /// What a tolerance, or else an energy, asks of a technique: of one that bounds no energy the square root
+    /// of it is a tolerance.
     pub fn of(tolerance: Option<f64>, energy: Option<f64>, technique: &dyn AnyTechnique) -> Self {
         match (tolerance, energy) {
             (Some(t), _) => Self::Error(t),

@@ -12,8 +12,8 @@ fn error_in_words(c: &Certificate) -> String {
 }
 
 impl Baked {
-    /// What is said of it as JSON, of the files that were written in `writing` seconds too; `energy` is the epsilon that was asked
-    /// for.
+    /// What is said of it as JSON, of the files that were written in `writing` seconds too; `energy` is the
+    /// epsilon that was asked for.
     pub fn document(&self, files: &[Written], writing: f64, energy: Option<f64>) -> Value {
         let c = &self.certificate;
         let stages: Vec<Value> =

@@ -17,7 +17,8 @@ pub struct Map {
     pub error: f64,
 }
 
-/// Relative RMS rounding error beyond which texels are 32-bit floats: what halves have at most, unless they underflow.
+/// Relative RMS rounding error beyond which texels are 32-bit floats: what halves have at most, unless they
+/// underflow.
 const ROUNDING: f64 = 5e-4;
 
 impl Map {

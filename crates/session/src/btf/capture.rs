@@ -250,10 +250,11 @@ impl Session {
         Ok(btf)
     }
 
-    /// Writes the pictures of a surface to a folder: a list of all of them (`btf.csv`), and where there is a view along the normal and
-    /// there are six lights at least a list of its lights (`rti.lp`) and their polynomial texture map (`rti.ptm`). Their numbers are π
-    /// times the radiance under an irradiance of 1 across the light's direction: white is 1. A folder that another capture of the
-    /// same began is gone on with, view by view; a stop leaves whole files.
+    /// Writes the pictures of a surface to a folder: a list of all of them (`btf.csv`), and where there is a
+    /// view along the normal and there are six lights at least a list of its lights (`rti.lp`) and their
+    /// polynomial texture map (`rti.ptm`). Their numbers are π times the radiance under an irradiance of 1
+    /// across the light's direction: white is 1. A folder that another capture of the same began is gone on
+    /// with, view by view; a stop leaves whole files.
     pub fn capture_surface(&mut self, s: &Surface, folder: &Path) -> Result<Captured, Error> {
         let start = Instant::now();
         Destinations::default().folder(folder, false)?;
@@ -362,7 +363,8 @@ impl Session {
         Ok(lost)
     }
 
-    /// The view along the normal as a list of lights and a polynomial texture map; not where its lights determine no polynomial.
+    /// The view along the normal as a list of lights and a polynomial texture map; not where its lights
+    /// determine no polynomial.
     fn write_polynomials(&mut self, s: &Surface, stage: &Stage, folder: &Path) -> Result<bool, Error> {
         let Some(view) = stage.views.iter().position(|v| v.z > 1.0 - 1e-9) else { return Ok(false) };
         if steradian_relight::polynomial::Fit::<6>::new(&stage.lights).is_err() {

@@ -24,8 +24,9 @@ pub struct LobeFacts {
 }
 
 impl Session {
-    /// Fits lobes, texel by texel, to the pictures that a list (.csv) names, and writes them as the images that `lafortune_svbrdf` reads:
-    /// `rho_d.exr`, and `rho_k.exr`, `c_k.exr` and `n_k.exr` of the lobes from k = 1, into a folder.
+    /// Fits lobes, texel by texel, to the pictures that a list (.csv) names, and writes them as the images
+    /// that `lafortune_svbrdf` reads: `rho_d.exr`, and `rho_k.exr`, `c_k.exr` and `n_k.exr` of the lobes from
+    /// k = 1, into a folder.
     pub fn fit_lobes(&mut self, list: &Path, count: usize, folder: &Path) -> Result<LobeFacts, Error> {
         let btf = self.btf(list)?;
         let (width, height) = btf.size();

@@ -1,4 +1,5 @@
-//! What a sweep found as a chart: error, bytes and time of baking against the parameter, a line per technique and light.
+//! What a sweep found as a chart: error, bytes and time of baking against the parameter, a line per technique
+//! and light.
 
 use super::{Finding, Sweep};
 use crate::compare::Rendering;

@@ -113,7 +113,8 @@ impl Column {
     }
 }
 
-/// What a technique allows beside its error, columns of figure 11 of Kautz, *Hardware Lighting and Shading: a Survey* (2004).
+/// What a technique allows beside its error, columns of figure 11 of Kautz, *Hardware Lighting and Shading: a
+/// Survey* (2004).
 struct Claim {
     /// In CSV and in the JSON document.
     name: &'static str,

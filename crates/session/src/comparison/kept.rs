@@ -1,5 +1,6 @@
-//! Results of earlier comparisons, kept in a file beside the table: what was computed once of the same inputs by the same
-//! version is not computed again. Pictures, where they are asked for, lie as PNG in a folder beside it.
+//! Results of earlier comparisons, kept in a file beside the table: what was computed once of the same inputs
+//! by the same version is not computed again. Pictures, where they are asked for, lie as PNG in a folder
+//! beside it.
 
 use super::{Finding, answer_json};
 use crate::Error;
@@ -31,8 +32,8 @@ pub fn digest(parts: &[String]) -> String {
 }
 
 impl Kept {
-    /// What `path` holds, nothing where it is not there yet; with the pictures in the folder of the file's name and
-    /// `.pictures`, where they are needed.
+    /// What `path` holds, nothing where it is not there yet; with the pictures in the folder of the file's
+    /// name and `.pictures`, where they are needed.
     pub fn open(path: &Path, with_pictures: bool) -> Result<Self, Error> {
         let path = path.to_path_buf();
         let mut folder = path.clone().into_os_string();

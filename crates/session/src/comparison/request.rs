@@ -28,7 +28,8 @@ pub struct Request {
     pub adjust: Adjust,
     /// Lights beside them; without an environment there are no others.
     pub lights: Vec<Lamp>,
-    /// The technique for directional and point lights: `Some(None)` is exact shading, `None` what a scene file says.
+    /// The technique for directional and point lights: `Some(None)` is exact shading, `None` what a scene
+    /// file says.
     pub local: Option<Option<Local>>,
     /// Specs of reflectances; none: the mesh file's materials, else two usual ones.
     pub brdfs: Vec<String>,
@@ -88,9 +89,9 @@ const FOV: f32 = 30.0;
 const BLUR: f64 = 0.02;
 
 impl Session {
-    /// Every light with every reflectance by every technique, and how many rows are those of earlier results. Finished rows
-    /// are kept as they come, so that an interrupted comparison goes on where it stopped. Errors are not held against the
-    /// tolerance yet: [`Finding::missed`] does that.
+    /// Every light with every reflectance by every technique, and how many rows are those of earlier results.
+    /// Finished rows are kept as they come, so that an interrupted comparison goes on where it stopped.
+    /// Errors are not held against the tolerance yet: [`Finding::missed`] does that.
     pub fn findings(
         &mut self,
         request: &Request,
@@ -268,8 +269,8 @@ fn given<'a>(list: &'a [String], default: &[&'a str]) -> Vec<&'a str> {
     if list.is_empty() { default.to_vec() } else { list.iter().map(String::as_str).collect() }
 }
 
-/// A mesh or shape: every light with every reflectance, which the base colours of the mesh file multiply; without a
-/// reflectance the file's own materials.
+/// A mesh or shape: every light with every reflectance, which the base colours of the mesh file multiply;
+/// without a reflectance the file's own materials.
 fn meshes(
     o: &Request,
     bakes: &[Arc<SavedBake>],

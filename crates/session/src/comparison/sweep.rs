@@ -29,7 +29,8 @@ pub struct Sweep {
 const MOST: usize = 256;
 
 impl Sweep {
-    /// `brdf:KEY=A..B:N` or `param:NAME=A..B:N`: N values from A to B by equal steps, with `:log` by equal factors.
+    /// `brdf:KEY=A..B:N` or `param:NAME=A..B:N`: N values from A to B by equal steps, with `:log` by equal
+    /// factors.
     pub fn parse(text: &str) -> Result<Self, String> {
         let bad = || {
             let form =
@@ -74,7 +75,8 @@ impl Sweep {
     }
 }
 
-/// What stands for a name in the key of a result: files by what they hold, so that another content is another result.
+/// What stands for a name in the key of a result: files by what they hold, so that another content is another
+/// result.
 pub fn mark(text: &str) -> String {
     if Path::new(text).is_file() {
         return crate::light_mark(text);

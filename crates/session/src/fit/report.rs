@@ -18,8 +18,9 @@ const CELL: usize = 60;
 const BALL: usize = 200;
 /// Columns of strips at most.
 const COLUMNS: usize = 15;
-/// The reference's effort on spheres. Of MERL-size tables of gold paint, alum-bronze, black fabric, red phenolic and chrome
-/// under the studio and the sky it is 0.01 % or less from a tolerance of 1e-3 without a limit.
+/// The reference's effort on spheres. Of MERL-size tables of gold paint, alum-bronze, black fabric, red
+/// phenolic and chrome under the studio and the sky it is 0.01 % or less from a tolerance of 1e-3 without a
+/// limit.
 const TRUTH: Effort = Effort { tolerance: 1e-2, evaluations: 10_000 };
 /// Degrees about the mirror direction that a strip shows at least.
 const LEAST: f64 = 6.0;
@@ -27,9 +28,10 @@ const LEAST: f64 = 6.0;
 const BELOW: [u8; 3] = [38, 44, 66];
 
 impl Session {
-    /// Writes a page that needs no other file for each fit, `NAME.html` in `folder`: what each view's lobes look like beside
-    /// what they stand for, errors and parameters by view, and spheres under each of `environments` beside the reference. Of
-    /// several fits `index.html` has a line each (`overview.html` where a material is called index).
+    /// Writes a page that needs no other file for each fit, `NAME.html` in `folder`: what each view's lobes
+    /// look like beside what they stand for, errors and parameters by view, and spheres under each of
+    /// `environments` beside the reference. Of several fits `index.html` has a line each (`overview.html`
+    /// where a material is called index).
     ///
     /// # Errors
     /// A light or a reflectance that cannot be read, or a folder that cannot be written.
@@ -235,7 +237,8 @@ fn index(all: &[(&Fitted, Vec<Ball>)]) -> Result<String, Error> {
     Ok(page.finish())
 }
 
-/// Data, fit and difference of up to [`COLUMNS`] views as rows of pictures; and the degrees about the mirror direction that they show.
+/// Data, fit and difference of up to [`COLUMNS`] views as rows of pictures; and the degrees about the mirror
+/// direction that they show.
 fn strips(brdf: &dyn Brdf, fit: &GaussianFit) -> (Display, f64) {
     let views = fit.elevations();
     let columns = views.min(COLUMNS);
@@ -269,8 +272,8 @@ fn strips(brdf: &dyn Brdf, fit: &GaussianFit) -> (Display, f64) {
     (sheet.draw(), extent.to_degrees())
 }
 
-/// How far about the mirror direction lobes reach that matter: 2.5 times the length of the longest that has a tenth of a view's weight,
-/// away from grazing views.
+/// How far about the mirror direction lobes reach that matter: 2.5 times the length of the longest that has a
+/// tenth of a view's weight, away from grazing views.
 fn extent(fit: &GaussianFit) -> f64 {
     let mut longest = 0.0f64;
     let near = |(k, _): &(usize, &Vec<GaussianLobe>)| *k == 0 || fit.theta(k / fit.azimuths) < 1.35;

@@ -106,8 +106,8 @@ impl Session {
         })
     }
 
-    /// What a texture is that holds a table of a bake, horizons or several images; `None` where it holds something else, or
-    /// cannot be read as an array.
+    /// What a texture is that holds a table of a bake, horizons or several images; `None` where it holds
+    /// something else, or cannot be read as an array.
     pub fn inspect_array(&mut self, path: &Path) -> Option<ArrayFacts> {
         let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx2"));
         if !named || !path.is_file() {

@@ -277,7 +277,8 @@ fn direction(image: &SphereImage, k: usize) -> DVec3 {
     image.layout.direction(image.width, image.height, at).unwrap_or(DVec3::Y)
 }
 
-/// What a disk of unit radiance gives a floor, exact where it is wholly above the horizon: π sin²ρ sin(elevation).
+/// What a disk of unit radiance gives a floor, exact where it is wholly above the horizon: π sin²ρ
+/// sin(elevation).
 fn on_floor(disk: &DiskLight) -> f64 {
     std::f64::consts::PI * disk.angular_radius.sin().powi(2) * disk.direction.y.max(0.0)
 }

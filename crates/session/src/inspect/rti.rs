@@ -13,8 +13,8 @@ pub struct PtmFacts {
     pub height: usize,
     /// Its kind as the file names it.
     pub kind: &'static str,
-    /// Of each polynomial (luminance, or red, green and blue): smallest and largest of the coefficients of u², v², uv, u, v
-    /// and 1.
+    /// Of each polynomial (luminance, or red, green and blue): smallest and largest of the coefficients of
+    /// u², v², uv, u, v and 1.
     pub polynomials: Vec<(&'static str, [(f32, f32); 6])>,
     /// Smallest and largest of red, green and blue beside a polynomial of luminance.
     pub color: Option<[(u8, u8); 3]>,

@@ -9,10 +9,10 @@ const SIDE: usize = 360;
 /// Pairs of directions that reciprocity is measured at.
 const PAIRS: usize = 4096;
 
-/// The image slice (Burley 2012, *Physically Based Shading at Disney*, section 3): f, sr⁻¹, over the half vector's angle from the
-/// normal, 0 … 90° from left to right, and the difference angle, 0 … 90° from bottom to top, at φ_d = 90° (Rusinkiewicz 1998).
-/// The left edge is the specular peak, the top row grazing retroreflection's opposite (Fresnel's peak), the bottom row
-/// retroreflection.
+/// The image slice (Burley 2012, *Physically Based Shading at Disney*, section 3): f, sr⁻¹, over the half
+/// vector's angle from the normal, 0 … 90° from left to right, and the difference angle, 0 … 90° from bottom
+/// to top, at φ_d = 90° (Rusinkiewicz 1998). The left edge is the specular peak, the top row grazing
+/// retroreflection's opposite (Fresnel's peak), the bottom row retroreflection.
 pub fn image_slice(brdf: &dyn Brdf) -> Raster {
     let pixel = |k: usize| {
         let angle = |i: usize| (i as f64 + 0.5) / SIDE as f64 * std::f64::consts::FRAC_PI_2;
@@ -26,8 +26,8 @@ pub fn image_slice(brdf: &dyn Brdf) -> Raster {
     Raster::rgb(SIDE, SIDE, std::array::from_fn(|c| pixels.iter().map(|p| p[c]).collect()))
 }
 
-/// How far f(l, v) and f(v, l) differ: RMS over pairs of directions of the hemisphere, relative to that of f, both weighted by the
-/// product of the cosines. 0 for a black reflectance.
+/// How far f(l, v) and f(v, l) differ: RMS over pairs of directions of the hemisphere, relative to that of f,
+/// both weighted by the product of the cosines. 0 for a black reflectance.
 pub fn reciprocity_error(brdf: &dyn Brdf) -> f64 {
     let (mut apart, mut all) = (0.0, 0.0);
     for k in 0..PAIRS {

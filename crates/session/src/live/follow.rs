@@ -35,7 +35,8 @@ impl MovingSky {
 pub struct Following(Vec<Follower>);
 
 impl Following {
-    /// Makes the refilters of all objects of `live`, as its renderer has them; fails where [`Live::light_tables`] does.
+    /// Makes the refilters of all objects of `live`, as its renderer has them; fails where
+    /// [`Live::light_tables`] does.
     pub fn new(gpu: &Gpu, live: &Live) -> Result<Self, Error> {
         let tables = live.light_tables().map_err(Error::usage)?;
         let of = |(object, tables): (usize, LightTables)| {
@@ -65,7 +66,8 @@ impl Following {
         self.0.iter().any(Follower::is_busy)
     }
 
-    /// Filters for about so many milliseconds of the device; `true` where an object got new light. `rotation` turns the light.
+    /// Filters for about so many milliseconds of the device; `true` where an object got new light. `rotation`
+    /// turns the light.
     pub fn step(
         &mut self,
         gpu: &Gpu,
@@ -90,7 +92,8 @@ impl Following {
 }
 
 impl Live {
-    /// Which data of each object of [`Live::gpu`] are filtered light; fails in words where other data depend on the light too.
+    /// Which data of each object of [`Live::gpu`] are filtered light; fails in words where other data depend
+    /// on the light too.
     pub fn light_tables(&self) -> Result<Vec<LightTables>, String> {
         let of = |k: usize| {
             let p = &self.materials[k];

@@ -35,8 +35,8 @@ pub(crate) struct Under<'a> {
 }
 
 impl Under<'_> {
-    /// The mesh with the materials of its slots, where a technique `bakes_on` it: the mean of a base colour multiplies the
-    /// albedo of what reflects.
+    /// The mesh with the materials of its slots, where a technique `bakes_on` it: the mean of a base colour
+    /// multiplies the albedo of what reflects.
     fn geometry(&self, bakes_on: bool) -> Option<Geometry> {
         let slot = |m: &Material| {
             let plain = steradian_techniques::Material::new(m.brdf.clone());
@@ -69,7 +69,8 @@ impl Session {
         Ok(prepared)
     }
 
-    /// [`Session::prepare`] without the measurement of a technique's error, which [`Prepared::certify`] makes good.
+    /// [`Session::prepare`] without the measurement of a technique's error, which [`Prepared::certify`] makes
+    /// good.
     pub(crate) fn draft(
         &self,
         material: &Material,
@@ -164,8 +165,8 @@ impl Session {
         local.bake(&material.brdf, material.maps.normal.as_deref(), geometry, &task).map(Some)
     }
 
-    /// `before` with what changed of its light or its reflectance: only those factors are baked again. A preview measures no
-    /// error.
+    /// `before` with what changed of its light or its reflectance: only those factors are baked again. A
+    /// preview measures no error.
     #[cfg(feature = "gpu")]
     pub(crate) fn rebaked(
         &self,

@@ -17,7 +17,8 @@ use steradian_transfer::Store;
 /// Where light is captured.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Where {
-    /// So many along x, y and z, between two corners; without them in the middles of equal parts of the scene's bounds.
+    /// So many along x, y and z, between two corners; without them in the middles of equal parts of the
+    /// scene's bounds.
     Grid([u32; 3], Option<[DVec3; 2]>),
     /// At given points.
     Points(Vec<DVec3>),
@@ -63,7 +64,8 @@ pub struct Captured {
     pub paths: u64,
     /// Seconds that it took.
     pub seconds: f64,
-    /// Parts that an interrupted capture had left: a probe has one of each round of paths, and one of its image.
+    /// Parts that an interrupted capture had left: a probe has one of each round of paths, and one of its
+    /// image.
     pub resumed: usize,
     pub(super) store: Option<Store>,
 }
@@ -83,9 +85,10 @@ const PATHS: [u32; 2] = [256, 1 << 20];
 const ROWS: usize = 1024;
 
 impl Session {
-    /// The light that arrives at places of a scene: distant light where nothing hides it, and what surfaces reflect, by
-    /// paths. Probes that mostly see surfaces from behind are inside solids and are left out. Paths are doubled until each
-    /// probe is as quiet as asked; the same bits whatever the number of threads, and after an interruption.
+    /// The light that arrives at places of a scene: distant light where nothing hides it, and what surfaces
+    /// reflect, by paths. Probes that mostly see surfaces from behind are inside solids and are left out.
+    /// Paths are doubled until each probe is as quiet as asked; the same bits whatever the number of threads,
+    /// and after an interruption.
     pub fn capture(&mut self, scene: &Scene, request: &Request) -> Result<Outcome<Captured>, Error> {
         let start = Instant::now();
         refuse(scene)?;
@@ -160,7 +163,8 @@ impl Session {
         if !(1..=ROWS).contains(&rows) {
             return Err(Error::usage(format!("images of probes have 1 to {ROWS} rows, not {rows}")));
         }
-        // Coefficients with their variances as computed and as written; texels twice, and in halves while they are traced.
+        // Coefficients with their variances as computed and as written; texels twice, and in halves while
+        // they are traced.
         let image = r.image.map_or(0, |(rows, _)| 4 * 3 * 2 * rows * rows * 4);
         let bytes = count * (4 * 3 * r.bands * r.bands * 8 + image) as u64;
         if bytes > self.task.max_memory() {

@@ -161,7 +161,8 @@ mod tests {
         fn end(&self) {}
     }
 
-    /// What is captured after an interruption, wherever it came, is what is captured at once; another request begins anew.
+    /// What is captured after an interruption, wherever it came, is what is captured at once; another request
+    /// begins anew.
     #[test]
     fn an_interrupted_capture_goes_on() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,5 +1,5 @@
-//! Shading under a light field: radiance is linear in the light, so that the radiance of a point is the mean, with the weights
-//! of its probes, of what each of their lights gives.
+//! Shading under a light field: radiance is linear in the light, so that the radiance of a point is the mean,
+//! with the weights of its probes, of what each of their lights gives.
 
 use crate::eval::{Answers, Points as At, Request};
 use crate::material::{PICTURE_TOLERANCE, Under};
@@ -81,8 +81,8 @@ pub(crate) fn refuse(scene: &Scene) -> Result<(), Error> {
 }
 
 impl Session {
-    /// The scene under the mean of its light field around its surfaces, which stands for the field where techniques are
-    /// chosen and refuse; the scene as it is where it has none.
+    /// The scene under the mean of its light field around its surfaces, which stands for the field where
+    /// techniques are chosen and refuse; the scene as it is where it has none.
     pub(crate) fn in_mean_light<'a>(&self, scene: &'a Scene) -> Result<Cow<'a, Scene>, Error> {
         let Some(field) = &scene.probes else { return Ok(Cow::Borrowed(scene)) };
         if self.backend == Backend::Gpu {
@@ -96,8 +96,8 @@ impl Session {
         Ok(Cow::Owned(Scene { lights: lights(&mean), ..scene.clone() }))
     }
 
-    /// Materials that were prepared under the mean light, under the scene's light field: each bake gets the light of each
-    /// probe that the surfaces need, and shares everything else.
+    /// Materials that were prepared under the mean light, under the scene's light field: each bake gets the
+    /// light of each probe that the surfaces need, and shares everything else.
     pub(crate) fn in_field(&self, scene: &Scene, materials: Vec<Prepared>) -> Result<Vec<Prepared>, Error> {
         let Some(field) = &scene.probes else { return Ok(materials) };
         let needed = needed(field, scene)?;

@@ -1,4 +1,5 @@
-//! Pages for browsers: a scene under several lights, shaded by several techniques, with the CPU's pictures of its first view.
+//! Pages for browsers: a scene under several lights, shaded by several techniques, with the CPU's pictures of
+//! its first view.
 
 #[cfg(feature = "web")]
 mod page;
@@ -44,8 +45,8 @@ pub struct Written {
 }
 
 impl Session {
-    /// Bakes what a page shows and writes it to a folder. Where the scene asks for an accuracy, the certificates are held
-    /// against it. Without the feature `web` it fails.
+    /// Bakes what a page shows and writes it to a folder. Where the scene asks for an accuracy, the
+    /// certificates are held against it. Without the feature `web` it fails.
     pub fn export_web(&mut self, request: &Request, folder: &Path) -> Result<Outcome<Written>, Error> {
         #[cfg(feature = "web")]
         return self.write_page(request, folder);

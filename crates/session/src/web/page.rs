@@ -38,8 +38,8 @@ struct Lit<'a> {
 }
 
 impl Session {
-    /// Bakes what a page shows and writes it to a folder. Where the scene asks for an accuracy, the certificates are held
-    /// against it.
+    /// Bakes what a page shows and writes it to a folder. Where the scene asks for an accuracy, the
+    /// certificates are held against it.
     pub(super) fn write_page(&mut self, request: &Request, folder: &Path) -> Result<Outcome<Written>, Error> {
         let page = self.web_page(request)?;
         let files = steradian_web::files(&page)?;
@@ -168,7 +168,8 @@ impl Session {
         Ok((Light { name: name.into(), ev, variants, reference: reference.transpose()? }, techniques))
     }
 
-    /// The materials as `method` shades them, and those that it refuses as the scene says; `None` where it takes none.
+    /// The materials as `method` shades them, and those that it refuses as the scene says; `None` where it
+    /// takes none.
     fn web_materials(&self, method: &Method, lit: &Lit<'_>) -> Result<Option<Vec<Prepared>>, Error> {
         let scene = lit.scene;
         let under = Under {

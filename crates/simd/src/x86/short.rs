@@ -45,7 +45,8 @@ macro_rules! short {
     };
 }
 
-/// SSE2 has no such instruction: of the product's 32 bits those from the 15th on, and the 14th added to round.
+/// SSE2 has no such instruction: of the product's 32 bits those from the 15th on, and the 14th added to
+/// round.
 #[inline(always)]
 unsafe fn fraction(a: __m128i, b: __m128i) -> __m128i {
     // SAFETY: SSE2 is part of x86-64.

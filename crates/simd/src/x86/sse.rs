@@ -1,5 +1,5 @@
-//! SSE2's registers, which every x86-64 has. In plain loops over arrays the kernels gave the same bits, but compilers took
-//! five times as long to find the vectors in them (the shading of view tables: 25 s for 5).
+//! SSE2's registers, which every x86-64 has. In plain loops over arrays the kernels gave the same bits, but
+//! compilers took five times as long to find the vectors in them (the shading of view tables: 25 s for 5).
 
 use super::{Double, Single, Vector};
 use crate::lanes;

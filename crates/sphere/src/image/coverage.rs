@@ -12,11 +12,11 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    /// Calls `visit(column, row, area)` for every cell that the polygon, times `scale`, covers; areas are positive whichever way
-    /// round it goes.
+    /// Calls `visit(column, row, area)` for every cell that the polygon, times `scale`, covers; areas are
+    /// positive whichever way round it goes.
     ///
-    /// Each edge adds its signed area to the right of it, within the cells that it crosses, as font rasterisers
-    /// do; a running sum along the row does the rest.
+    /// Each edge adds its signed area to the right of it, within the cells that it crosses, as font
+    /// rasterisers do; a running sum along the row does the rest.
     pub fn polygon(&mut self, points: &[(f64, f64)], scale: f64, mut visit: impl FnMut(isize, isize, f64)) {
         if points.len() < 3 || points.iter().any(|p| !(p.0.abs() < 1e9 && p.1.abs() < 1e9)) {
             return;

@@ -6,9 +6,9 @@
 //! - octahedral: the net folds back on itself along each edge;
 //! - cube and paraboloid: a face's lattice continues on its own plane or paraboloid, the missing texels take
 //!   the value that the face which really holds their direction has there, and within half a texel of an edge
-//!   the faces that meet are blended, each with weight ½ on the edge and ⅓ in a corner. Taking the neighbour's
-//!   texels by adjacency instead, as hardware does, is continuous too, but bent: its error is of first order
-//!   in the texel size along every edge, this one's of second order as inside;
+//!   the faces that meet are blended, each with weight ½ on the edge and ⅓ in a corner. Taking the
+//!   neighbour's texels by adjacency instead, as hardware does, is continuous too, but bent: its error is of
+//!   first order in the texel size along every edge, this one's of second order as inside;
 //! - sphere and angular map: within two or three texels of the rim, which is a single direction, the value is
 //!   a quadratic through the ring around it.
 
@@ -26,8 +26,8 @@ pub enum Filter {
     /// Catmull & Rom 1974 on 4 × 4 texel centres; interpolates them, and overshoots beside sharp edges.
     #[default]
     CatmullRom,
-    /// The same, limited to the range of the four nearest texel centres: no rims beside sharp edges, and no longer
-    /// linear in the texels. For pictures that are looked at.
+    /// The same, limited to the range of the four nearest texel centres: no rims beside sharp edges, and no
+    /// longer linear in the texels. For pictures that are looked at.
     LimitedCatmullRom,
 }
 
@@ -149,8 +149,9 @@ impl SphereImage {
         out
     }
 
-    /// Limited row by row, then between the rows. Limiting the sum to the range of the four texels instead would jump
-    /// where the four change, since what lies in the range of one four need not lie in that of the next.
+    /// Limited row by row, then between the rows. Limiting the sum to the range of the four texels instead
+    /// would jump where the four change, since what lies in the range of one four need not lie in that of the
+    /// next.
     fn limited(&self, face: usize, tx: &Taps, ty: &Taps) -> [f64; 3] {
         let cubic = |w: &[f64; 4], v: [[f64; 3]; 4]| {
             std::array::from_fn(|c| {
@@ -237,7 +238,8 @@ impl SphereImage {
         )
     }
 
-    /// Weight 1 for the face that holds `d`; for the others 1 on the shared edge, falling to 0 at half a texel.
+    /// Weight 1 for the face that holds `d`; for the others 1 on the shared edge, falling to 0 at half a
+    /// texel.
     fn cube_lookup(&self, filter: Filter, d: DVec3) -> [f64; 3] {
         let main = cube::face(d);
         let a = d.abs();
@@ -278,9 +280,9 @@ impl SphereImage {
         std::array::from_fn(|c| share * front[c] + (1.0 - share) * back[c])
     }
 
-    /// Outside the cap around the rim's direction plainly; inside, with q the distance from the rim's direction
-    /// in units of the cap's radius, f and f' the values on the ring at this azimuth and opposite, and m the
-    /// ring's mean (for the cubic extrapolated inwards): m + q (f − f')/2 + q² ((f + f')/2 − m).
+    /// Outside the cap around the rim's direction plainly; inside, with q the distance from the rim's
+    /// direction in units of the cap's radius, f and f' the values on the ring at this azimuth and opposite,
+    /// and m the ring's mean (for the cubic extrapolated inwards): m + q (f − f')/2 + q² ((f + f')/2 − m).
     fn disc_lookup(&self, filter: Filter, d: DVec3) -> [f64; 3] {
         let (w, h) = (self.width as f64, self.height as f64);
         let o = self.layout.offset();

@@ -108,8 +108,8 @@ impl SphereImage {
         self.lookup(Filter::CatmullRom, d)
     }
 
-    /// [`SphereImage::bicubic`] within the range of the four nearest texels, for pictures that are looked at. It is
-    /// not linear in the texels.
+    /// [`SphereImage::bicubic`] within the range of the four nearest texels, for pictures that are looked at.
+    /// It is not linear in the texels.
     pub fn bicubic_limited(&self, d: DVec3) -> [f32; 3] {
         self.lookup(Filter::LimitedCatmullRom, d)
     }
@@ -121,15 +121,15 @@ impl SphereImage {
 
     /// The same function in another layout or size: area-exact where texels grow, bicubic where they shrink.
     ///
-    /// ∫ L dω is kept to about 1e-6 unless every texel shrinks, when it is kept as well as the interpolation is
-    /// good. The same result whatever the number of threads.
+    /// ∫ L dω is kept to about 1e-6 unless every texel shrinks, when it is kept as well as the interpolation
+    /// is good. The same result whatever the number of threads.
     pub fn resample(&self, layout: Layout, width: usize, height: usize) -> Self {
         resample::remap(self, layout, width, height, DMat3::IDENTITY)
     }
 
-    /// The means of a lat-long image, constant over each of its cells, over the texels of a cube map of `size` a
-    /// side, to rounding. Other layouts go through [`SphereImage::resample`]. Where texels shrink the cells show:
-    /// `resample` interpolates there.
+    /// The means of a lat-long image, constant over each of its cells, over the texels of a cube map of
+    /// `size` a side, to rounding. Other layouts go through [`SphereImage::resample`]. Where texels shrink
+    /// the cells show: `resample` interpolates there.
     pub fn cube_means(&self, size: usize) -> Self {
         if self.layout == Layout::LatLong {
             cube_cells::means(self, size)
@@ -138,8 +138,8 @@ impl SphereImage {
         }
     }
 
-    /// Twice as many texels each way: cubic, but every texel's mean is kept and no part lies beyond the texel's
-    /// neighbours, so that what is nowhere negative stays so.
+    /// Twice as many texels each way: cubic, but every texel's mean is kept and no part lies beyond the
+    /// texel's neighbours, so that what is nowhere negative stays so.
     pub fn refined(&self) -> Self {
         let planes = refine::refine(self);
         Self { layout: self.layout, width: 2 * self.width, height: 2 * self.height, planes }

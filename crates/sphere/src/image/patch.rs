@@ -98,7 +98,8 @@ impl Patches {
         }
     }
 
-    /// Where the image shows `d`, taken as part of the patch. `None` on the axis of an eighth, which is a line.
+    /// Where the image shows `d`, taken as part of the patch. `None` on the axis of an eighth, which is a
+    /// line.
     pub fn map(self, patch: usize, d: DVec3) -> Option<(f64, f64)> {
         if matches!(self.layout, Layout::Cube | Layout::DualParaboloid | Layout::Octahedral) {
             return Some(self.map_square(patch, d));

@@ -3,10 +3,10 @@
 //! A target texel is the mean of the source over the texel's exact cell: the cell's outline on the sphere is
 //! cut at the source's seams (planes through the centre cut spherical polygons exactly), mapped into the
 //! source image, and its area in every source texel found exactly. Neighbouring cells share their corners, so
-//! that each source texel is dealt out completely: ∫ L dω is kept to about 1e-6, single bright texels included.
-//! Where texels do not grow enough for a box filter to look right, the source is first refined twofold with
-//! every texel's mean kept. Where all texels clearly shrink there is nothing to average: Catmull–Rom lookup at
-//! texel centres (which may undershoot beside bright texels).
+//! that each source texel is dealt out completely: ∫ L dω is kept to about 1e-6, single bright texels
+//! included. Where texels do not grow enough for a box filter to look right, the source is first refined
+//! twofold with every texel's mean kept. Where all texels clearly shrink there is nothing to average:
+//! Catmull–Rom lookup at texel centres (which may undershoot beside bright texels).
 
 use super::coverage::Coverage;
 use super::patch::Patches;

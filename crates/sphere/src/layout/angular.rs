@@ -24,9 +24,10 @@ pub fn position(d: DVec3) -> (f64, f64) {
     (d.x / rho * r, d.y / rho * r)
 }
 
-/// ∫ c (1 − cos πr)/r² dy, an entire function of y, by Gauss–Legendre, exact to rounding: of ten points on pieces no longer
-/// than ¼ (the remainder's factor is (π/8)²⁰ · 10!⁴/(21 · 20!³) < 1e-27), and of three on pieces shorter than 1/256, those of
-/// images of more than 512 rows (3e-20: Bernstein's inequality bounds the sixth derivative by π⁶ · π²/2).
+/// ∫ c (1 − cos πr)/r² dy, an entire function of y, by Gauss–Legendre, exact to rounding: of ten points on
+/// pieces no longer than ¼ (the remainder's factor is (π/8)²⁰ · 10!⁴/(21 · 20!³) < 1e-27), and of three on
+/// pieces shorter than 1/256, those of images of more than 512 rows (3e-20: Bernstein's inequality bounds the
+/// sixth derivative by π⁶ · π²/2).
 pub fn edge(c: f64, a: f64, b: f64) -> f64 {
     const SHORT: f64 = 1.0 / 256.0;
     let length = (b - a).abs();

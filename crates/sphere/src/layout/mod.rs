@@ -21,16 +21,16 @@ pub enum Layout {
     /// A face ends at the disc s² + t² ≤ 1; its corners hold the same formula's continuation into the other
     /// hemisphere (so that a plain bilinear lookup is right up to the rim) and have no solid angle.
     DualParaboloid,
-    /// Mirror ball: what a distant camera that looks along −Z sees in a reflecting sphere. The centre shows +Z,
-    /// the rim −Z, +X is to the right and +Y up.
+    /// Mirror ball: what a distant camera that looks along −Z sees in a reflecting sphere. The centre shows
+    /// +Z, the rim −Z, +X is to the right and +Y up.
     SphereMap,
     /// Debevec's light probe: the distance from the centre is proportional to the angle from −Z, +X is to the
     /// right and +Y up; the rim shows +Z.
     AngularMap,
-    /// The angular map with texel (i, j) at the lattice point (i, j) instead of the centre of a cell: the disc's
-    /// centre is the texel (W/2, H/2). So reads Ramamoorthi's prefilter.c (2001), and with it the published
-    /// coefficients of the classic probes; half a texel shifts them by up to 1 % of L00. A texel's cell reaches
-    /// half a texel to each side; the last column's and row's end at the rim.
+    /// The angular map with texel (i, j) at the lattice point (i, j) instead of the centre of a cell: the
+    /// disc's centre is the texel (W/2, H/2). So reads Ramamoorthi's prefilter.c (2001), and with it the
+    /// published coefficients of the classic probes; half a texel shifts them by up to 1 % of L00. A texel's
+    /// cell reaches half a texel to each side; the last column's and row's end at the rim.
     AngularLattice,
     /// Octahedral, square: +Y at the centre, +X to the right, +Z downwards; −Y at the four corners.
     Octahedral,
@@ -187,8 +187,8 @@ impl Layout {
         }
     }
 
-    /// Part of the area of texel (i, j) that the layout uses, 0 … 1: 1 but for texels at the rim of a disc and
-    /// beyond it.
+    /// Part of the area of texel (i, j) that the layout uses, 0 … 1: 1 but for texels at the rim of a disc
+    /// and beyond it.
     pub fn coverage(self, width: usize, height: usize, i: usize, j: usize) -> f64 {
         if !self.is_disc() {
             return 1.0;

@@ -1,8 +1,8 @@
 //! Sample / pdf / invert triples on the sphere, and the point sets that feed them.
 //!
-//! Each triple maps the unit square to directions with a known density: `sample(u)` gives the direction, `pdf`
-//! its density per steradian (per area for the disk), `invert` the `u` that it came from. Local frames have z
-//! as the normal.
+//! Each triple maps the unit square to directions with a known density: `sample(u)` gives the direction,
+//! `pdf` its density per steradian (per area for the disk), `invert` the `u` that it came from. Local frames
+//! have z as the normal.
 
 mod distribution;
 mod points;

@@ -73,14 +73,14 @@ impl Fft {
         Self { length, lanes: steradian_simd::run(Lanes::<f64>(PhantomData)), batch: Batch::new(length) }
     }
 
-    /// Spectra Σ_j x_j e^{−2πi jk/length} of sequences that follow each other in `x`, in place. The buffer may hold
-    /// anything.
+    /// Spectra Σ_j x_j e^{−2πi jk/length} of sequences that follow each other in `x`, in place. The buffer
+    /// may hold anything.
     pub fn forward(&self, x: &mut [Complex], buffer: &mut Vec<f64>) {
         self.transform::<false>(x, buffer);
     }
 
-    /// Sequences Σ_k x_k e^{2πi jk/length} of spectra that follow each other in `x`, in place: the inverse, times the
-    /// length.
+    /// Sequences Σ_k x_k e^{2πi jk/length} of spectra that follow each other in `x`, in place: the inverse,
+    /// times the length.
     pub fn inverse(&self, x: &mut [Complex], buffer: &mut Vec<f64>) {
         self.transform::<true>(x, buffer);
     }

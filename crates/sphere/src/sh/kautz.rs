@@ -1,22 +1,24 @@
-//! Rotation of coefficients as Kautz, Sloan & Snyder (2002), *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting
-//! Using Spherical Harmonics*, appendix, do it: what [`super::Rotation`] and [`super::Turns`] are held against.
+//! Rotation of coefficients as Kautz, Sloan & Snyder (2002), *Fast, Arbitrary BRDF Shading for Low-Frequency
+//! Lighting Using Spherical Harmonics*, appendix, do it: what [`super::Rotation`] and [`super::Turns`] are
+//! held against.
 
 use super::{Rotation, count, index};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Turns the first bands of `c` in place, f'(d) = f(R⁻¹ d), with matrices written out in the components of R ("useful for
-/// very low-order projections"): three bands, or fewer where `c` is shorter; what follows stays.
+/// Turns the first bands of `c` in place, f'(d) = f(R⁻¹ d), with matrices written out in the components of R
+/// ("useful for very low-order projections"): three bands, or fewer where `c` is shorter; what follows stays.
 ///
-/// Band 1 is the vector (y, z, x). Band 2 is the quadratic form dᵀ A d of a symmetric matrix without trace, which R turns to
-/// R A Rᵀ.
+/// Band 1 is the vector (y, z, x). Band 2 is the quadratic form dᵀ A d of a symmetric matrix without trace,
+/// which R turns to R A Rᵀ.
 pub fn turn_symbolic(r: DMat3, c: &mut [f64]) {
     if c.len() >= 4 {
         let v = r * DVec3::new(c[3], c[1], c[2]);
         (c[1], c[2], c[3]) = (v.y, v.z, v.x);
     }
     if c.len() >= 9 {
-        // Y_2m = 2a (xy, yz, √3/6 (3z² − 1), xz, (x² − y²)/2), a = √(15/16π); 3z² − 1 = 2z² − x² − y² on the sphere.
+        // Y_2m = 2a (xy, yz, √3/6 (3z² − 1), xz, (x² − y²)/2), a = √(15/16π); 3z² − 1 = 2z² − x² − y² on the
+        // sphere.
         let s = 1.0 / 3f64.sqrt();
         let [xy, yz, zz, xz, xx] = [c[4], c[5], c[6] * s, c[7], c[8]];
         let a = DMat3::from_cols(
@@ -33,8 +35,8 @@ pub fn turn_symbolic(r: DMat3, c: &mut [f64]) {
     }
 }
 
-/// Turns by ZYZ angles whose turn about y is made of two fixed quarter turns about x and a turn about z between them, the
-/// fixed ones as sparse tables.
+/// Turns by ZYZ angles whose turn about y is made of two fixed quarter turns about x and a turn about z
+/// between them, the fixed ones as sparse tables.
 #[derive(Debug, Clone)]
 pub struct QuarterTurns {
     bands: usize,
@@ -63,8 +65,8 @@ impl QuarterTurns {
         self.entries.len()
     }
 
-    /// Turns bands² coefficients in place, f'(d) = f(R⁻¹ d): R_y(β) = R_x(−90°) R_z(β) R_x(90°), whose signs the paper
-    /// leaves open.
+    /// Turns bands² coefficients in place, f'(d) = f(R⁻¹ d): R_y(β) = R_x(−90°) R_z(β) R_x(90°), whose signs
+    /// the paper leaves open.
     ///
     /// # Panics
     /// If `c` is shorter.

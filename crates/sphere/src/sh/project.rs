@@ -10,9 +10,9 @@ const ROWS: usize = 16;
 
 /// Coefficients up to `order` of an image in any layout.
 ///
-/// A lat-long image is taken as constant over each texel's exact cell: ∫ L Y dω to rounding, by [`Grid::Cells`].
-/// Texels of other layouts stand at their centres ([`project_direct`]): band l of a piecewise constant image is off by
-/// about (l·texel)²/24 relative.
+/// A lat-long image is taken as constant over each texel's exact cell: ∫ L Y dω to rounding, by
+/// [`Grid::Cells`]. Texels of other layouts stand at their centres ([`project_direct`]): band l of a
+/// piecewise constant image is off by about (l·texel)²/24 relative.
 pub fn project(image: &SphereImage, order: usize) -> ShRgb {
     if image.layout != Layout::LatLong {
         return project_direct(image, order);
@@ -21,8 +21,8 @@ pub fn project(image: &SphereImage, order: usize) -> ShRgb {
     plan.analyze(image.planes.each_ref().map(Vec::as_slice))
 }
 
-/// Coefficients up to `order` by Σ texel·Ω·Y(centre) over all texels with exact solid angles Ω, in any layout.
-/// O(texels · order²).
+/// Coefficients up to `order` by Σ texel·Ω·Y(centre) over all texels with exact solid angles Ω, in any
+/// layout. O(texels · order²).
 pub fn project_direct(image: &SphereImage, order: usize) -> ShRgb {
     let basis = Basis::new(order);
     let rows = image.layout.faces() * image.height;

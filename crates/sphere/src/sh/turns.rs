@@ -1,8 +1,9 @@
-//! Many rotations of one set of coefficients: a light seen from each vertex's frame, or reflectance brought to the world.
+//! Many rotations of one set of coefficients: a light seen from each vertex's frame, or reflectance brought
+//! to the world.
 //!
-//! M(R) = Z(α) X Z(−β) X Z(γ) with X the exchange of y and z, as in [`super::Rotation`], here on registers whose lanes are
-//! different rotations. Up to six bands the exchange's constants are written out ([`turn`]); beyond, rows of them are read
-//! ([`Exchange`]).
+//! M(R) = Z(α) X Z(−β) X Z(γ) with X the exchange of y and z, as in [`super::Rotation`], here on registers
+//! whose lanes are different rotations. Up to six bands the exchange's constants are written out ([`turn`]);
+//! beyond, rows of them are read ([`Exchange`]).
 
 use super::ShRgb;
 use super::rotation::exchange_yz;
@@ -13,7 +14,8 @@ use steradian_simd::{Arch, Kernel, Vector};
 /// Rotations whose results lie side by side.
 pub const TURNS: usize = 16;
 
-/// Coefficients of [`TURNS`] rotated functions: by channel, then l² + l + m, then rotation. N is bands², 36 at most.
+/// Coefficients of [`TURNS`] rotated functions: by channel, then l² + l + m, then rotation. N is bands², 36
+/// at most.
 pub type TurnedBlock<const N: usize = 25> = [[[f32; TURNS]; N]; 3];
 
 /// Blocks that a thread takes at a time.
@@ -40,7 +42,8 @@ impl Turns {
                 let z = r.z_axis;
                 let h = z.x.hypot(z.y);
                 let (cos, sin) = if h > 0.0 { (z.x / h, z.y / h) } else { (1.0, 0.0) };
-                // What remains after R_z(α) is taken off, so that α + γ stays accurate where β is near 0 or π.
+                // What remains after R_z(α) is taken off, so that α + γ stays accurate where β is near 0 or
+                // π.
                 let y = |v: glam::Vec3| cos * v.y - sin * v.x;
                 let turn = [cos, sin, z.z, -(cos * z.x + sin * z.y), y(r.y_axis), y(r.x_axis)];
                 for (o, t) in out.iter_mut().zip(turn) {
@@ -67,8 +70,8 @@ impl Turns {
         self.blocks.len()
     }
 
-    /// The function of `sh` (its first √N bands; those that it has not are 0, higher ones left out) turned by each
-    /// rotation, f'(d) = f(R⁻¹ d), on all threads.
+    /// The function of `sh` (its first √N bands; those that it has not are 0, higher ones left out) turned by
+    /// each rotation, f'(d) = f(R⁻¹ d), on all threads.
     ///
     /// # Panics
     /// If `out` has not [`Turns::blocks`] blocks, or N is not the square of 1 … 6.
@@ -144,9 +147,10 @@ impl<V: Vector<T = f32>> Angle<V> {
     }
 }
 
-/// Turns the functions in the lanes of `f`, up to six bands, by R_z(α) R_y(β) R_z(γ) = R. `angles` are γ, −β, α: with the columns x', y' and z' of R,
-/// cos α and sin α are those of (z'.x, z'.y), cos β = z'.z, sin β = |(z'.x, z'.y)|, and γ is of what remains,
-/// cos γ = cos α y'.y − sin α y'.x, sin γ = cos α x'.y − sin α x'.x.
+/// Turns the functions in the lanes of `f`, up to six bands, by R_z(α) R_y(β) R_z(γ) = R. `angles` are γ, −β,
+/// α: with the columns x', y' and z' of R, cos α and sin α are those of (z'.x, z'.y), cos β = z'.z, sin β =
+/// |(z'.x, z'.y)|, and γ is of what remains, cos γ = cos α y'.y − sin α y'.x, sin γ = cos α x'.y − sin α
+/// x'.x.
 #[inline(always)]
 pub fn turn<V: Vector<T = f32>, const N: usize>(angles: &[Angle<V>; 3], f: &mut [V; N]) {
     turn_z(&angles[0], f);
@@ -203,7 +207,8 @@ impl Exchange {
         &self.rows
     }
 
-    /// [`turn`] for any number of bands: `angles` are cos and sin of γ, −β and α; `scratch` is as long as `f`.
+    /// [`turn`] for any number of bands: `angles` are cos and sin of γ, −β and α; `scratch` is as long as
+    /// `f`.
     #[inline(always)]
     pub fn turn<V: Vector<T = f32>>(&self, angles: &[[V; 2]; 3], f: &mut [V], scratch: &mut [V]) {
         self.turn_z(angles[0], f);
@@ -302,8 +307,8 @@ fn three<V: Vector<T = f32>, const N: usize>(g: &[V; N], i: [usize; 3], x: [f32;
     g[i[2]].fma(V::splat(x[2]), mix(x[0], g[i[0]], x[1], g[i[1]]))
 }
 
-/// Band 5 of [`exchange`]; the constants are square roots of 252, 240, 20, 140, 48, 324, 120, 224, 168, 84, 420, 338 and 90
-/// over 512.
+/// Band 5 of [`exchange`]; the constants are square roots of 252, 240, 20, 140, 48, 324, 120, 224, 168, 84,
+/// 420, 338 and 90 over 512.
 #[inline(always)]
 fn exchange_five<V: Vector<T = f32>, const N: usize>(g: &[V; N], f: &mut [V; N]) {
     const P: [[f32; 3]; 3] = [

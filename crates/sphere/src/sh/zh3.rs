@@ -1,10 +1,10 @@
 //! Quadratic zonal harmonics: linear light and one more number per channel.
 //!
-//! Roughton, Sloan, Silvennoinen, Iwanicki, Shirley 2024, ZH3: Quadratic Zonal Harmonics. Linear coefficients know the
-//! main direction of light; about it, band 2 is reduced to its zonal part. The axis is that of luminance (their
-//! section 3.4), shared by the channels. Stored, the number is the projection of band 2 (exact where the light is
-//! symmetric about the axis); hallucinated (their section 3.4.3), it follows from bands 0 and 1 by a fit,
-//! z = c₀ (0.08 r + 0.6 r²) with r = |c₁·axis|/c₀, and nothing is stored.
+//! Roughton, Sloan, Silvennoinen, Iwanicki, Shirley 2024, ZH3: Quadratic Zonal Harmonics. Linear coefficients
+//! know the main direction of light; about it, band 2 is reduced to its zonal part. The axis is that of
+//! luminance (their section 3.4), shared by the channels. Stored, the number is the projection of band 2
+//! (exact where the light is symmetric about the axis); hallucinated (their section 3.4.3), it follows from
+//! bands 0 and 1 by a fit, z = c₀ (0.08 r + 0.6 r²) with r = |c₁·axis|/c₀, and nothing is stored.
 
 use super::{ShRgb, count, eval};
 use glam::DVec3;
@@ -103,7 +103,8 @@ mod tests {
 
     #[test]
     fn the_fit_meets_its_ends() {
-        // Ambient light: nothing. A lone sun: r = √3, z = c₀ (0.08 √3 + 1.8), which is 0.867 of the exact √5 c₀.
+        // Ambient light: nothing. A lone sun: r = √3, z = c₀ (0.08 √3 + 1.8), which is 0.867 of the exact √5
+        // c₀.
         let mut sh = ShRgb::zero(2);
         sh.c[0][0] = 1.0;
         assert_eq!(Zh3::hallucinate(&sh).zonal, [0.0; 3]);

@@ -37,8 +37,9 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// The certificate of a technique that says this of itself. What it computed of its error stands where that lies between
-    /// one standard error below the measured error and the upper bound, else the nearer of the two does.
+    /// The certificate of a technique that says this of itself. What it computed of its error stands where
+    /// that lies between one standard error below the measured error and the upper bound, else the nearer of
+    /// the two does.
     pub fn certificate(&self, report: &Report) -> Certificate {
         let computed = report.estimate.as_ref();
         let error = computed.map_or(self.all, |e| e.error.max(self.least).min(self.all));

@@ -1,10 +1,10 @@
 //! Certificates: a technique's shading against direct evaluation of the integral at probe points.
 //!
-//! With the squares E_k of the differences and B_k of the exact radiance at n probes of weights w_k, R = ΣwE/ΣwB
-//! estimates the squared relative error. A ratio of sums has the variance n/(n − 1) Σ w²(E_k − R B_k)²/(ΣwB)² (Cochran 1977,
-//! *Sampling Techniques*, eq. 6.13); what is stated is **√(R + 2 σ)**, so that the error of all normals and views is hardly
-//! ever larger. Probes are stratified, which makes the estimate better than σ says; and what suns decide is looked at where
-//! they are seen ([`probes`]).
+//! With the squares E_k of the differences and B_k of the exact radiance at n probes of weights w_k, R =
+//! ΣwE/ΣwB estimates the squared relative error. A ratio of sums has the variance n/(n − 1) Σ w²(E_k − R
+//! B_k)²/(ΣwB)² (Cochran 1977, *Sampling Techniques*, eq. 6.13); what is stated is **√(R + 2 σ)**, so that
+//! the error of all normals and views is hardly ever larger. Probes are stratified, which makes the estimate
+//! better than σ says; and what suns decide is looked at where they are seen ([`probes`]).
 
 mod errors;
 pub mod probes;
@@ -31,12 +31,14 @@ use steradian_sphere::Frame;
 /// Probe points of each kind, and the fewest where each is expensive; powers of two.
 const PROBES: usize = 256;
 const FEWEST: usize = 16;
-/// Evaluations of the reflectance that all probes together may take, about: some three processor seconds. Lobes about a point take a few
-/// thousand each, ridges such as a fibre's highlight as many as they are longer than wide, millions where n is 1e5.
+/// Evaluations of the reflectance that all probes together may take, about: some three processor seconds.
+/// Lobes about a point take a few thousand each, ridges such as a fibre's highlight as many as they are
+/// longer than wide, millions where n is 1e5.
 const EVALUATIONS: u64 = 20_000_000;
 
-/// Narrowest ridge, radians, along which the integral can be summed in time: fibres of exponents up to 1e5. One tenth as
-/// wide takes ten times as long along it, half a minute of one processor at n = 1e6 and hours at 1e8.
+/// Narrowest ridge, radians, along which the integral can be summed in time: fibres of exponents up to 1e5.
+/// One tenth as wide takes ten times as long along it, half a minute of one processor at n = 1e6 and hours at
+/// 1e8.
 const NARROWEST_RIDGE: f64 = 0.003;
 
 /// Refuses reflectance whose error could not be measured in time.
@@ -56,7 +58,8 @@ pub fn measurable(brdf: &dyn Brdf) -> Result<(), String> {
     ))
 }
 
-/// Probes of a closed form, where each costs next to nothing: so many that lamps of some degrees are met by many.
+/// Probes of a closed form, where each costs next to nothing: so many that lamps of some degrees are met by
+/// many.
 const LIMIT_PROBES: usize = 1 << 16;
 
 /// Where f_cos(·, wo) is concentrated.
@@ -66,7 +69,8 @@ type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;
 /// Radiance of a frame towards a local view.
 type Exact<'a> = Box<dyn Fn(&Frame, DVec3) -> [f64; 3] + Sync + 'a>;
 
-/// A technique's shading of points. (Not a generic parameter: certificates would be compiled anew for each technique.)
+/// A technique's shading of points. (Not a generic parameter: certificates would be compiled anew for each
+/// technique.)
 pub type Shade<'a> = &'a dyn Fn(&crate::Points<'_>, &mut Radiance<'_>);
 
 /// A reflectance as direct evaluation needs it, in the local frame.
@@ -186,7 +190,8 @@ impl Ridge {
     }
 }
 
-/// How many probes of each kind [`EVALUATIONS`] allow. Fewer of them make the stated error an upper one all the same.
+/// How many probes of each kind [`EVALUATIONS`] allow. Fewer of them make the stated error an upper one all
+/// the same.
 fn affordable(tree: &Tree, m: &Model<'_>, task: &Task) -> Result<usize, Cancelled> {
     let evaluations = AtomicU64::new(0);
     let count = |_, _| {
@@ -209,7 +214,8 @@ fn affordable(tree: &Tree, m: &Model<'_>, task: &Task) -> Result<usize, Cancelle
     Ok(probes)
 }
 
-/// Which of `places` probe `k` stands at. (Views of probes go up evenly with a stride of their own; places go round with another.)
+/// Which of `places` probe `k` stands at. (Views of probes go up evenly with a stride of their own; places go
+/// round with another.)
 fn turn(k: usize, places: usize) -> usize {
     ((k as f64 * 0.381_966_011).fract() * places as f64) as usize
 }
@@ -217,7 +223,8 @@ fn turn(k: usize, places: usize) -> usize {
 /// Exact radiance of a probe by number: of a frame towards a local view.
 type OfProbe<'a> = &'a (dyn Fn(usize, &Frame, DVec3) -> [f64; 3] + Sync);
 
-/// What `shade` errs by against `exact`, at probes that stand at the texture coordinates `uv` in turn, if there are any.
+/// What `shade` errs by against `exact`, at probes that stand at the texture coordinates `uv` in turn, if
+/// there are any.
 fn compare(
     probes: &[Probe],
     exact: OfProbe<'_>,

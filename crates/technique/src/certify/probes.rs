@@ -1,11 +1,12 @@
 //! Where a technique's error is measured: normals, views and tangents of all kinds, and those that see suns.
 //!
-//! Uniform probes hardly ever meet a sun, whose reflection holds most of the mean square of all radiance. So where the
-//! light has small bright parts, as many probes again have their lobe point at one of them or near it. Both kinds together
-//! are a sample of the mixture of their densities (Veach & Guibas 1995, *Optimally Combining Sampling Techniques*, the balance
-//! heuristic): a probe's weight is the inverse of n_u + n_s p/u, where u is the uniform density and p that of the other
-//! kind. With the local view given a frame is uniform exactly if the direction in which one fixed local axis points is, and
-//! the turn about it; so p/u = 4π p_s(axis in the world), in the mean over the axes that the lobe is said to have.
+//! Uniform probes hardly ever meet a sun, whose reflection holds most of the mean square of all radiance. So
+//! where the light has small bright parts, as many probes again have their lobe point at one of them or near
+//! it. Both kinds together are a sample of the mixture of their densities (Veach & Guibas 1995, *Optimally
+//! Combining Sampling Techniques*, the balance heuristic): a probe's weight is the inverse of n_u + n_s p/u,
+//! where u is the uniform density and p that of the other kind. With the local view given a frame is uniform
+//! exactly if the direction in which one fixed local axis points is, and the turn about it; so p/u = 4π
+//! p_s(axis in the world), in the mean over the axes that the lobe is said to have.
 
 use glam::{DMat3, DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -16,17 +17,19 @@ use steradian_sphere::Frame;
 /// Prime to the number of probes, and far from the golden section, by which the normals' azimuths go round.
 const STRIDE: usize = 193;
 
-/// Radii of the caps about a bright part in which lobes point, radians, all alike: whatever the lobe's width is, one of
-/// them is like it.
+/// Radii of the caps about a bright part in which lobes point, radians, all alike: whatever the lobe's width
+/// is, one of them is like it.
 const CAPS: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 /// A bright part has at least this part of the flux within about this angle, radians.
 const PEAK: (f64, f64) = (0.02, 2e-3);
 /// Bright parts at most.
 const MOST: usize = 32;
-/// Largest n·wo of the grazing views, of which there are more than their solid angle asks for: 85° and beyond.
+/// Largest n·wo of the grazing views, of which there are more than their solid angle asks for: 85° and
+/// beyond.
 const GRAZING: f64 = 0.0872;
-/// Least n·wo of those among them that stand at equal steps of its logarithm: 89.94°. A reflectance without bound there, such as
-/// f ∝ (n·wi n·wo)^(−1/2) of Ward 1992, has as much of its mean square in each octave of n·wo as in any other.
+/// Least n·wo of those among them that stand at equal steps of its logarithm: 89.94°. A reflectance without
+/// bound there, such as f ∝ (n·wi n·wo)^(−1/2) of Ward 1992, has as much of its mean square in each octave of
+/// n·wo as in any other.
 const HORIZON: f64 = 1e-3;
 /// One grazing probe more of either kind for so many others.
 const ONE_IN: usize = 8;
@@ -74,8 +77,9 @@ impl Views {
     }
 }
 
-/// `count` uniform probes, a power of two, as many again that see the bright parts of the light, if it has any, and two
-/// eighths of each more with grazing views. Another `shift` in 0 … 1 gives other probes; those of certificates have 0.
+/// `count` uniform probes, a power of two, as many again that see the bright parts of the light, if it has
+/// any, and two eighths of each more with grazing views. Another `shift` in 0 … 1 gives other probes; those
+/// of certificates have 0.
 pub fn all(count: usize, shift: f64, light: &Tree, lobes: &dyn Fn(DVec3) -> Vec<Lobe>) -> Vec<Probe> {
     let grazing = count.div_ceil(ONE_IN);
     let sets = [(count, Views::To(1.0)), (grazing, Views::To(GRAZING)), (grazing, Views::Logarithmic)];
@@ -113,12 +117,12 @@ pub fn all(count: usize, shift: f64, light: &Tree, lobes: &dyn Fn(DVec3) -> Vec<
     uniform.chain(directed).map(weighed).collect()
 }
 
-/// Frame and local view direction of probe `k` of `probes`, a power of two: normals spread over the sphere, views over the
-/// part of the hemisphere about each that `views` says, tangents over the circle.
+/// Frame and local view direction of probe `k` of `probes`, a power of two: normals spread over the sphere,
+/// views over the part of the hemisphere about each that `views` says, tangents over the circle.
 fn point(k: usize, probes: usize, views: Views) -> (Frame, DVec3) {
     let n = probe::direction(k, probes);
-    // One view in each of as many belts of equal probability as there are probes, in an order that has nothing to
-    // do with that of the normals.
+    // One view in each of as many belts of equal probability as there are probes, in an order that has
+    // nothing to do with that of the normals.
     let belt = (k * STRIDE) % probes;
     let cosine = views.cosine((belt as f64 + 0.5) / probes as f64);
     let phi = TAU * (k as f64 * 0.569_840_291).fract();
@@ -223,8 +227,8 @@ mod tests {
         }
     }
 
-    /// Weighed, both kinds together are uniform: means of functions of the normal, of the mirror direction near the sun and
-    /// of a fibre's cone come out.
+    /// Weighed, both kinds together are uniform: means of functions of the normal, of the mirror direction
+    /// near the sun and of a fibre's cone come out.
     #[test]
     fn both_kinds_together_are_uniform() {
         let sun = DVec3::new(0.2, 0.9, -0.4).normalize();

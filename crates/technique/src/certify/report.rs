@@ -3,7 +3,8 @@
 use super::errors::COMPUTED;
 use steradian_base::{Certificate, Elevation, Evidence};
 
-/// What a technique says of its own bake: figures, and what it computed of its error where choosing orders told.
+/// What a technique says of its own bake: figures, and what it computed of its error where choosing orders
+/// told.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Report {
     /// What it computed of its error. It is held against measurement wherever the inputs are known.
@@ -14,7 +15,8 @@ pub struct Report {
     pub details: Vec<(String, f64)>,
 }
 
-/// A computed error: cheaper than measurement, and blind to what the technique's own form of the inputs has lost.
+/// A computed error: cheaper than measurement, and blind to what the technique's own form of the inputs has
+/// lost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// Relative RMS error of outgoing radiance, views uniform in solid angle.

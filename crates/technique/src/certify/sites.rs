@@ -1,10 +1,10 @@
-//! Certificates of techniques with sites: shading at points of the surface, or at a sample of other sites, against paths
-//! through the mesh.
+//! Certificates of techniques with sites: shading at points of the surface, or at a sample of other sites,
+//! against paths through the mesh.
 //!
-//! At each site, distant light is drawn in proportion to its brightness by a lattice with random shifts (Cranley &
-//! Patterson 1976), rays tell what the mesh blocks, and further scattering events follow the cosine. The spread of the
-//! shifts' means is the noise of the value, which is stated; it is part of the error as stated, so that this is hardly
-//! ever too small.
+//! At each site, distant light is drawn in proportion to its brightness by a lattice with random shifts
+//! (Cranley & Patterson 1976), rays tell what the mesh blocks, and further scattering events follow the
+//! cosine. The spread of the shifts' means is the noise of the value, which is stated; it is part of the
+//! error as stated, so that this is hardly ever too small.
 
 use super::errors::{Errors, ProbeSample};
 use super::{Report, Shade};
@@ -43,8 +43,9 @@ pub struct Paths<'a> {
     pub events: u32,
     /// Points that are looked at.
     pub points: usize,
-    /// Do views count by the area that they show of the surface, n·v, as in pictures, or all alike? At the horizon interpolated
-    /// normals mirror light from which their triangles face away: such a view errs by a whole highlight, of which pictures show little.
+    /// Do views count by the area that they show of the surface, n·v, as in pictures, or all alike? At the
+    /// horizon interpolated normals mirror light from which their triangles face away: such a view errs by a
+    /// whole highlight, of which pictures show little.
     pub projected: bool,
 }
 
@@ -75,7 +76,8 @@ impl Paths<'_> {
             for view in 0..VIEWS {
                 let frame = Frame::from_normal(site.n.as_dvec3().normalize());
                 let u = R2::default().point((VIEWS * k + view) as u32);
-                // Half of the views mirror light: what a glossy surface shows of a sun is seen from few others.
+                // Half of the views mirror light: what a glossy surface shows of a sun is seen from few
+                // others.
                 let mirrored = (view % 2 == 1).then(|| self.mirrored(&frame, k, u, image.as_ref())).flatten();
                 let wo = mirrored.unwrap_or_else(|| steradian_sphere::sampling::hemisphere::sample(u));
                 q.push(site.n, frame.t.as_vec3(), frame.to_world(wo).as_vec3(), site.p);
@@ -112,8 +114,9 @@ impl Paths<'_> {
 }
 
 impl Paths<'_> {
-    /// The view that mirrors light, in the local frame: of the `k`-th point that of a sun or of a direction that is drawn
-    /// from the image in proportion to its brightness; `None` where that light comes from below.
+    /// The view that mirrors light, in the local frame: of the `k`-th point that of a sun or of a direction
+    /// that is drawn from the image in proportion to its brightness; `None` where that light comes from
+    /// below.
     fn mirrored(
         &self,
         frame: &Frame,
@@ -142,9 +145,10 @@ struct Spot {
 }
 
 impl Paths<'_> {
-    /// Points spread over the surface by its area where the sites are vertices, since triangles are interpolated between
-    /// them; else some of the sites. Where some triangles are far larger than most, as those of a ground that reaches the horizon, every
-    /// second point is spread over the triangles evenly: fine triangles are where the data change.
+    /// Points spread over the surface by its area where the sites are vertices, since triangles are
+    /// interpolated between them; else some of the sites. Where some triangles are far larger than most, as
+    /// those of a ground that reaches the horizon, every second point is spread over the triangles evenly:
+    /// fine triangles are where the data change.
     fn spots(&self, slug: &'static str) -> Result<Vec<Spot>, BakeError> {
         let mesh = &self.geometry.mesh;
         if mesh.normals.len() == mesh.positions.len() {
@@ -321,7 +325,8 @@ mod tests {
     use steradian_brdf::parse;
     use steradian_scene::{Mesh, shapes};
 
-    /// Over a plane of 20 kilometres around a small ball half of the points lie on the ball; on its own no triangle is favoured.
+    /// Over a plane of 20 kilometres around a small ball half of the points lie on the ball; on its own no
+    /// triangle is favoured.
     #[test]
     fn fine_triangles_over_a_ground_get_half_of_the_points() {
         let ground = shapes::by_name("plane:size=20000,y=-2").expect("a shape");

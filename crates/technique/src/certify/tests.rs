@@ -5,8 +5,8 @@ use steradian_brdf::parse;
 use steradian_light::{DiskLight, Lights};
 use steradian_prefilter::SmallLight;
 
-/// Where errors are independent of each other, the stated error is above that of the whole population in nearly
-/// all samples, and not by much.
+/// Where errors are independent of each other, the stated error is above that of the whole population in
+/// nearly all samples, and not by much.
 #[test]
 fn the_stated_error_is_an_upper_one() {
     let random = |k: usize| (k as f64 * 0.618_033_988).fract().mul_add(12.9898, 0.3).sin().abs();
@@ -53,8 +53,8 @@ fn ridges_that_take_hours_are_refused() {
     }
 }
 
-/// A technique that does not see a small sun at all errs by what the sun holds of the mean square, which is nearly all;
-/// among the probes without sun its error is nothing.
+/// A technique that does not see a small sun at all errs by what the sun holds of the mean square, which is
+/// nearly all; among the probes without sun its error is nothing.
 #[test]
 fn what_a_sun_decides_is_stated() {
     let brdf = parse("ggx:alpha=0.1,f0=0.9").unwrap();

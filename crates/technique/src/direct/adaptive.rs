@@ -1,5 +1,5 @@
-//! Disks and texels that are many times larger than the reflectance's lobe: rectangles in polar coordinates about the
-//! disk's centre or the image's pole, cut until the reflectance varies little over each.
+//! Disks and texels that are many times larger than the reflectance's lobe: rectangles in polar coordinates
+//! about the disk's centre or the image's pole, cut until the reflectance varies little over each.
 
 use super::rule::Cap;
 use glam::DVec3;
@@ -64,8 +64,8 @@ pub fn cap(cap: &Cap, scale: &dyn Fn(DVec3, f64) -> f64, f: &dyn Fn(DVec3) -> [f
     integrate(&Patch { theta: [0.0, cap.radius], phi, size: cap.radius, at: &at }, scale, f)
 }
 
-/// ∫ f over the patch, where f varies over `scale(direction, radius)` within a radius of a direction. f may jump or have a
-/// kink at the horizon z = 0: rectangles on it are cut to a hundredth of the patch.
+/// ∫ f over the patch, where f varies over `scale(direction, radius)` within a radius of a direction. f may
+/// jump or have a kink at the horizon z = 0: rectangles on it are cut to a hundredth of the patch.
 pub fn integrate(
     patch: &Patch<'_>,
     scale: &dyn Fn(DVec3, f64) -> f64,

@@ -1,10 +1,10 @@
-//! Suns that are texels of a photograph: the integral of f_cos over a cell of a lat-long image; `cell.wgsl` has the same
-//! rule.
+//! Suns that are texels of a photograph: the integral of f_cos over a cell of a lat-long image; `cell.wgsl`
+//! has the same rule.
 //!
-//! In polar coordinates about the image's pole a cell is a rectangle, dω = sin θ dθ dφ, and the horizon cuts from each
-//! meridian an interval: with the pole's height A and that of the meridian's point on the equator B, n·wi = A cos θ +
-//! B sin θ > 0 lies within π/2 of atan2(B, A). So Gauss–Legendre's nodes on the meridians and on what is left of them
-//! integrate the part above the horizon without its kink.
+//! In polar coordinates about the image's pole a cell is a rectangle, dω = sin θ dθ dφ, and the horizon cuts
+//! from each meridian an interval: with the pole's height A and that of the meridian's point on the equator
+//! B, n·wi = A cos θ + B sin θ > 0 lies within π/2 of atan2(B, A). So Gauss–Legendre's nodes on the meridians
+//! and on what is left of them integrate the part above the horizon without its kink.
 
 use super::adaptive::{self, Patch};
 use super::horizon::Horizon;
@@ -121,7 +121,8 @@ impl CellLight {
         ]
     }
 
-    /// Elevations above z = 0, radians and ascending, of its corners and of what is highest and lowest on its sides.
+    /// Elevations above z = 0, radians and ascending, of its corners and of what is highest and lowest on its
+    /// sides.
     fn breaks(&self) -> Vec<f64> {
         let across = self.pole.cross(self.meridian);
         let mut out = Vec::with_capacity(16);
@@ -175,7 +176,8 @@ fn above(a: f64, b: f64, theta: [f64; 2]) -> [f64; 2] {
     [theta[0].max(top - 0.5 * PI), theta[1].min(top + 0.5 * PI)]
 }
 
-/// Nodes along a side whose half is `ratio` times the reflectance's width: as many as the rings of a disk have across it.
+/// Nodes along a side whose half is `ratio` times the reflectance's width: as many as the rings of a disk
+/// have across it.
 fn across(ratio: f64) -> Option<usize> {
     if ratio < POINT {
         return Some(1);

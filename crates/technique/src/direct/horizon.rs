@@ -1,11 +1,12 @@
 //! Suns at the horizon, seen at grazing angles; `horizon.wgsl` has the same rule.
 //!
-//! There a lobe about the mirror direction is a narrow wedge: the half vector tilts by Δφ/(n·wi + n·wo) for an azimuth Δφ from
-//! the plane of incidence, so that the lobe's width across that plane is its width at normal view times (n·wi + n·wo)/2, which
-//! goes to 0 where the horizon is, while its height stays. And f_cos rises from the horizon to n·wi ≈ n·wo. So the integral is
-//! taken in elevation e and azimuth: over panels of elevation whose ends go up like n·wo · 4^k, Gauss–Legendre's nodes in
-//! s, e = a + (b − a)(1 − cos πs)/2 (without the square roots that the ends of a round outline have), and across in t,
-//! Δφ = w tan t, with w the lobe's width at e.
+//! There a lobe about the mirror direction is a narrow wedge: the half vector tilts by Δφ/(n·wi + n·wo) for
+//! an azimuth Δφ from the plane of incidence, so that the lobe's width across that plane is its width at
+//! normal view times (n·wi + n·wo)/2, which goes to 0 where the horizon is, while its height stays. And f_cos
+//! rises from the horizon to n·wi ≈ n·wo. So the integral is taken in elevation e and azimuth: over panels of
+//! elevation whose ends go up like n·wo · 4^k, Gauss–Legendre's nodes in s, e = a + (b − a)(1 − cos πs)/2
+//! (without the square roots that the ends of a round outline have), and across in t, Δφ = w tan t, with w
+//! the lobe's width at e.
 
 use super::rule::nodes;
 use glam::DVec3;
@@ -16,7 +17,8 @@ use steradian_brdf::{Brdf, Domain, Peak};
 const GRAZING: f64 = 0.1;
 /// It is for lights whose centre is lower than this cosine of the angle from the normal.
 const LOW: f64 = 0.5;
-/// Lights that the horizon does not cut and that are smaller than so many widths of the lobe are left to the other rules.
+/// Lights that the horizon does not cut and that are smaller than so many widths of the lobe are left to the
+/// other rules.
 const ROUND: f64 = 0.6;
 /// A panel's upper end is so many times as high as its lower one …
 const GROWTH: f64 = 4.0;
@@ -24,7 +26,8 @@ const GROWTH: f64 = 4.0;
 const WIDTHS: f64 = 4.0;
 /// A light that needs more panels of that height is left to the adaptive rule.
 const MOST: f64 = 64.0;
-/// Nodes of a panel in elevation: with 8 the error is up to 1.1e-2 of the largest radiance at a view, with 16 1.2e-3.
+/// Nodes of a panel in elevation: with 8 the error is up to 1.1e-2 of the largest radiance at a view, with 16
+/// 1.2e-3.
 const UP: usize = 16;
 /// Nodes in azimuth; the second where the lobe is more than twice as wide one way as the other.
 const ACROSS: [usize; 2] = [16, 32];
@@ -84,8 +87,9 @@ impl Horizon {
         sum
     }
 
-    /// ∫ f dω over what `pieces` says lies at an elevation, in azimuths from the mirror direction's. `breaks`, ascending, are
-    /// elevations at which its outline has a corner, the first and the last its ends.
+    /// ∫ f dω over what `pieces` says lies at an elevation, in azimuths from the mirror direction's.
+    /// `breaks`, ascending, are elevations at which its outline has a corner, the first and the last its
+    /// ends.
     fn integrate(
         &self,
         breaks: &[f64],

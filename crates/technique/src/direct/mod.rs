@@ -2,11 +2,13 @@
 //!
 //! > L_o += Σ_disks L ∫_disk f(wi, wo)⟨n·wi⟩ dwi + Σ_directional E f⟨n·wi⟩ + Σ_points I/r² f⟨n·wi⟩
 //!
-//! Every technique can be lit by such lights, whatever its own factors are made of: [`split`] says which lights go into a
-//! technique's data and which are added here. Nothing shadows them (V = 1), as in techniques that know no geometry and in the
-//! reference, or what stands between does ([`Shadows`]), as under techniques that know it. Disks are integrated by rules whose size follows from the reflectance's width there
-//! ([`steradian_brdf::Peak`]), in elevation and azimuth where grazing views see them at the horizon: relative to the largest
-//! radiance that the disk causes, the error is at most about 1e-3 and mostly far below ([`rule`]). Light rotation turns disks and directional lights, not point lights.
+//! Every technique can be lit by such lights, whatever its own factors are made of: [`split`] says which
+//! lights go into a technique's data and which are added here. Nothing shadows them (V = 1), as in techniques
+//! that know no geometry and in the reference, or what stands between does ([`Shadows`]), as under techniques
+//! that know it. Disks are integrated by rules whose size follows from the reflectance's width there
+//! ([`steradian_brdf::Peak`]), in elevation and azimuth where grazing views see them at the horizon: relative
+//! to the largest radiance that the disk causes, the error is at most about 1e-3 and mostly far below
+//! ([`rule`]). Light rotation turns disks and directional lights, not point lights.
 
 mod adaptive;
 mod cell;
@@ -30,13 +32,13 @@ use steradian_brdf::{Brdf, Domain};
 use steradian_light::{DirectionalLight, DiskLight, LARGEST, Lights, PointLight};
 use steradian_sphere::Frame;
 
-/// `gpu_disk(c, radius, wo) -> vec3<f32>`, the integral of f_cos over a disk in the local frame: the WGSL twin of
-/// [`Direct::radiance`]'s. It calls `brdf_value`, `brdf_scale` and `brdf_is_whole` of [`BrdfShader::wgsl`], and
-/// `gpu_node(i: u32) -> vec2<f32>`, entry i of [`rule::gauss`].
+/// `gpu_disk(c, radius, wo) -> vec3<f32>`, the integral of f_cos over a disk in the local frame: the WGSL
+/// twin of [`Direct::radiance`]'s. It calls `brdf_value`, `brdf_scale` and `brdf_is_whole` of
+/// [`BrdfShader::wgsl`], and `gpu_node(i: u32) -> vec2<f32>`, entry i of [`rule::gauss`].
 pub const DISK_WGSL: &str = concat!(include_str!("horizon.wgsl"), include_str!("disk.wgsl"));
 
-/// [`DISK_WGSL`] with its `gpu_node`, and `gpu_cell(pole, meridian, theta, half, wo) -> vec3<f32>`, the twin of
-/// [`CellLight::integral`].
+/// [`DISK_WGSL`] with its `gpu_node`, and `gpu_cell(pole, meridian, theta, half, wo) -> vec3<f32>`, the twin
+/// of [`CellLight::integral`].
 pub fn suns_wgsl() -> String {
     const CELL_WGSL: &str = include_str!("cell.wgsl");
     let nodes: Vec<String> = rule::gauss().map(|(x, w)| format!("vec2<f32>({x:?}, {w:?})")).collect();
@@ -77,13 +79,13 @@ pub struct Direct {
     pub points: Vec<PointLight>,
 }
 
-/// Disks of a larger angular radius, radians, are skies and not suns: techniques bake them. The rules for exact shading
-/// are made for lights that are small beside the hemisphere, and on GPUs beside the lobe.
+/// Disks of a larger angular radius, radians, are skies and not suns: techniques bake them. The rules for
+/// exact shading are made for lights that are small beside the hemisphere, and on GPUs beside the lobe.
 const WIDEST: f64 = 0.35;
 
-/// The lights that a technique bakes, and those that are shaded exactly: of the disks those of at most 20 degrees (0.35
-/// radians) radius, point lights always. The first know the disks and directional lights of the second
-/// ([`Lights::apart`]), for what surfaces reflect of them.
+/// The lights that a technique bakes, and those that are shaded exactly: of the disks those of at most 20
+/// degrees (0.35 radians) radius, point lights always. The first know the disks and directional lights of the
+/// second ([`Lights::apart`]), for what surfaces reflect of them.
 pub fn split(lights: &Lights, suns: Suns) -> (Lights, Direct) {
     let mut baked = lights.clone();
     let mut direct = Direct { points: std::mem::take(&mut baked.points), ..Direct::default() };
@@ -121,8 +123,8 @@ impl Direct {
         out
     }
 
-    /// Adds the radiance that leaves the points of `q` to `out`. Points that face away get nothing; point lights give
-    /// nothing where the batch has no positions.
+    /// Adds the radiance that leaves the points of `q` to `out`. Points that face away get nothing; point
+    /// lights give nothing where the batch has no positions.
     pub fn add(&self, brdf: &dyn Brdf, q: &Points<'_>, out: &mut Radiance<'_>) {
         self.add_behind(None, brdf, q, out);
     }
@@ -162,8 +164,8 @@ impl Direct {
         self.arriving(brdf, frame, wo, position, None)
     }
 
-    /// Which lights send their middle to a point of unit normal `normal`, a bit each of the first 64. Between points that differ
-    /// lies the edge of a shadow.
+    /// Which lights send their middle to a point of unit normal `normal`, a bit each of the first 64. Between
+    /// points that differ lies the edge of a shadow.
     pub fn seen_from(&self, shadows: Shadows<'_>, position: DVec3, normal: DVec3) -> u64 {
         let place = Place { shadows, position, normal };
         let disks = self.disks.iter().map(|d| d.direction);

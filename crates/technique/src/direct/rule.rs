@@ -1,11 +1,12 @@
 //! Quadrature over a spherical cap; `direct.wgsl` has the same rules.
 //!
-//! A cap of angular radius ρ, seen in polar coordinates about its centre, has the area element dω = dt dφ with
-//! t = 1 − cos θ. Gauss–Legendre's n nodes in t and 4n equal angles integrate every polynomial of degree 4n − 1 in the
-//! plane: for a Gaussian of width s the error falls like (ρ/s)^4n/(4n)!, so that n follows from ρ/s. Where the horizon
-//! crosses the cap, f_cos has a kink or a jump there; then the cap is cut into strips of equal elevation, of which only
-//! those above the horizon count: with elevation e = e_c + ρ cos u, sin²(Δφ/2) = (sin²(ρ/2) − sin²((e − e_c)/2))/
-//! (cos e cos e_c) bounds the azimuth, and dω = cos e ρ sin u du dφ.
+//! A cap of angular radius ρ, seen in polar coordinates about its centre, has the area element dω = dt dφ
+//! with t = 1 − cos θ. Gauss–Legendre's n nodes in t and 4n equal angles integrate every polynomial of degree
+//! 4n − 1 in the plane: for a Gaussian of width s the error falls like (ρ/s)^4n/(4n)!, so that n follows from
+//! ρ/s. Where the horizon crosses the cap, f_cos has a kink or a jump there; then the cap is cut into strips
+//! of equal elevation, of which only those above the horizon count: with elevation e = e_c + ρ cos u,
+//! sin²(Δφ/2) = (sin²(ρ/2) − sin²((e − e_c)/2))/ (cos e cos e_c) bounds the azimuth, and dω = cos e ρ sin u
+//! du dφ.
 
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -23,8 +24,8 @@ pub struct Cap {
 
 /// The sizes of rules: up to 16 rings, or 32 strips.
 const SIZES: [usize; 6] = [1, 2, 4, 8, 16, 32];
-/// Largest ρ/s of each number of rings: relative error at the peak of a Gaussian at most about 1e-3. As many strips lie
-/// across a cap as rings lie on both sides of its centre, so that it takes twice their number.
+/// Largest ρ/s of each number of rings: relative error at the peak of a Gaussian at most about 1e-3. As many
+/// strips lie across a cap as rings lie on both sides of its centre, so that it takes twice their number.
 pub(super) const REACH: [f64; 5] = [0.5, 1.3, 3.0, 7.0, 15.0];
 /// Below this the centre alone does: the error is at most (ρ/s)²/4.
 pub(super) const POINT: f64 = 0.03;
@@ -37,8 +38,9 @@ static GAUSS: LazyLock<[Vec<(f64, f64)>; 6]> = LazyLock::new(|| {
     })
 });
 
-/// How large a rule a disk needs whose radius is `ratio` times the width of the reflectance there: its number of rings,
-/// 0 for the centre alone; `None` beyond the largest. Caps that the horizon crosses take at least eight strips.
+/// How large a rule a disk needs whose radius is `ratio` times the width of the reflectance there: its number
+/// of rings, 0 for the centre alone; `None` beyond the largest. Caps that the horizon crosses take at least
+/// eight strips.
 pub fn rings(ratio: f64, crossed: bool) -> Option<usize> {
     if ratio < POINT && !crossed {
         return Some(0);
@@ -47,7 +49,8 @@ pub fn rings(ratio: f64, crossed: bool) -> Option<usize> {
     Some(if crossed { (2 * n).max(8) } else { n })
 }
 
-/// Nodes and weights on 0 … 1 of Gauss–Legendre's rules of 1, 2, 4, 8, 16 and 32 points, one rule after another.
+/// Nodes and weights on 0 … 1 of Gauss–Legendre's rules of 1, 2, 4, 8, 16 and 32 points, one rule after
+/// another.
 pub fn gauss() -> impl Iterator<Item = (f64, f64)> {
     GAUSS.iter().flatten().copied()
 }
@@ -89,8 +92,8 @@ impl Cap {
         sum.map(|v| v * omega / (4 * n) as f64)
     }
 
-    /// ∫ f over the part of the cap above the horizon z = 0 by `n` strips of `n` points. Caps that hold the zenith are
-    /// beyond it.
+    /// ∫ f over the part of the cap above the horizon z = 0 by `n` strips of `n` points. Caps that hold the
+    /// zenith are beyond it.
     pub fn strips(&self, n: usize, f: impl Fn(DVec3) -> [f64; 3]) -> [f64; 3] {
         let c = self.centre;
         let (centre, azimuth) = (c.z.clamp(-1.0, 1.0).asin(), c.y.atan2(c.x));

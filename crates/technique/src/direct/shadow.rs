@@ -1,7 +1,8 @@
 //! Shadows of lights that are shaded with the exact reflectance, by rays, shadow maps or shadow volumes.
 //!
-//! Of a disk or a texel some directions are tried, V each (maps and volumes know the middle alone): ∫ V f_cos over the light is ∫ f_cos times Σ V f_cos / Σ f_cos over
-//! them, so that a light that is seen whole is exact, and a narrow lobe counts what it sees of the light.
+//! Of a disk or a texel some directions are tried, V each (maps and volumes know the middle alone): ∫ V f_cos
+//! over the light is ∫ f_cos times Σ V f_cos / Σ f_cos over them, so that a light that is seen whole is
+//! exact, and a narrow lobe counts what it sees of the light.
 
 use glam::DVec3;
 use steradian_scene::Ray;
@@ -14,12 +15,14 @@ pub struct Shadows<'a> {
     pub by: &'a dyn Blocker,
     /// How far off the surface, along the normal, rays start, metres.
     pub offset: f64,
-    /// Are they those of a reference? Then more directions of a light are tried, none of them those of other shadows.
+    /// Are they those of a reference? Then more directions of a light are tried, none of them those of other
+    /// shadows.
     pub reference: bool,
 }
 
 impl Shadows<'_> {
-    /// The part of light from world direction `d`, from `distance` at most, that reaches a point of unit normal `normal`.
+    /// The part of light from world direction `d`, from `distance` at most, that reaches a point of unit
+    /// normal `normal`.
     pub fn arriving(self, position: DVec3, normal: DVec3, d: DVec3, distance: f64) -> f64 {
         Place { shadows: self, position, normal }.arriving(d, distance)
     }
@@ -54,8 +57,8 @@ impl Place<'_> {
         self.arriving(d, distance) > 0.5
     }
 
-    /// The part of a light that arrives, where `f` is what a direction of it gives. `at` are its directions, evenly spread
-    /// over its solid angle for points that are so over the unit square.
+    /// The part of a light that arrives, where `f` is what a direction of it gives. `at` are its directions,
+    /// evenly spread over its solid angle for points that are so over the unit square.
     pub fn seen(&self, at: impl Fn(f64, f64) -> DVec3, f: impl Fn(DVec3) -> f64) -> f64 {
         let mut share = 1.0;
         let (rays, first) = match self.shadows.reference {

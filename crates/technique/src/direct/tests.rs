@@ -130,8 +130,8 @@ fn every_model_follows_the_reference() {
     assert!(report[0].0 < 1e-3, "{:#?}", &report[..12]);
 }
 
-/// Texels are cells, also across the horizon and at the pole: models of every kind against the reference, which integrates the
-/// image; relative to the largest radiance that a texel causes in any case.
+/// Texels are cells, also across the horizon and at the pole: models of every kind against the reference,
+/// which integrates the image; relative to the largest radiance that a texel causes in any case.
 #[test]
 fn texels_follow_the_reference() {
     let task = Task::quiet();
@@ -167,8 +167,8 @@ fn texels_follow_the_reference() {
     assert!(report[0].0 < 1e-3, "{report:#?}");
 }
 
-/// A texel straight above the mirror direction of a grazing view: the tail of D is as narrow there, across the plane of
-/// incidence, as the half vector tilts fast.
+/// A texel straight above the mirror direction of a grazing view: the tail of D is as narrow there, across
+/// the plane of incidence, as the half vector tilts fast.
 #[test]
 fn a_tail_above_a_grazing_ridge_is_narrow() {
     let n = DVec3::new(-0.950_971_9, 0.140_919_3, -0.275_307_3).normalize();
@@ -193,9 +193,9 @@ fn a_tail_above_a_grazing_ridge_is_narrow() {
     }
 }
 
-/// Views from 3° above the horizon to a hundredth of one, and suns about their mirror directions that the horizon cuts or nearly
-/// cuts: lobes are as narrow there, across the plane of incidence, as n·wi + n·wo is small. Relative to the largest radiance
-/// at that view.
+/// Views from 3° above the horizon to a hundredth of one, and suns about their mirror directions that the
+/// horizon cuts or nearly cuts: lobes are as narrow there, across the plane of incidence, as n·wi + n·wo is
+/// small. Relative to the largest radiance at that view.
 #[test]
 fn suns_at_the_horizon_follow_the_reference() {
     let task = Task::quiet();

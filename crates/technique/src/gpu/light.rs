@@ -54,8 +54,8 @@ pub struct LightCube {
 pub struct LightTables {
     /// Its cubes.
     pub cubes: Vec<LightCube>,
-    /// Where the `mat4x4` uniforms [`LightTables::QUADRICS`] hold nᵀMn = gain · E(n) of bands 0 to 2 (Ramamoorthi & Hanrahan
-    /// 2001), the gain of each channel.
+    /// Where the `mat4x4` uniforms [`LightTables::QUADRICS`] hold nᵀMn = gain · E(n) of bands 0 to 2
+    /// (Ramamoorthi & Hanrahan 2001), the gain of each channel.
     pub irradiance: Option<[f32; 3]>,
 }
 

@@ -1,9 +1,10 @@
-//! A technique as plain data for a GPU: WGSL modules, the function that shades, tables, uniforms, buffers. No types of
-//! any graphics library.
+//! A technique as plain data for a GPU: WGSL modules, the function that shades, tables, uniforms, buffers. No
+//! types of any graphics library.
 //!
-//! A technique's WGSL has no bindings: it reads tables through generated functions `fetch_NAME` and uniforms as
-//! `technique.NAME`. [`Entry`] declares the function that shades and what it takes beside normal, tangent, direction to
-//! the viewer and position. [`module`] makes the complete module, [`library`] what other entry points start with.
+//! A technique's WGSL has no bindings: it reads tables through generated functions `fetch_NAME` and uniforms
+//! as `technique.NAME`. [`Entry`] declares the function that shades and what it takes beside normal, tangent,
+//! direction to the viewer and position. [`module`] makes the complete module, [`library`] what other entry
+//! points start with.
 
 mod fetch;
 mod light;
@@ -43,18 +44,20 @@ pub struct GpuTechnique {
     pub buffers: Vec<Buffer>,
 }
 
-/// The WGSL function that shades a point: `fn NAME(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) ->
-/// vec3<f32>`, with `lobe: Lobe` and `site: Site` behind `p`, in this order, as far as they are declared.
+/// The WGSL function that shades a point:
+/// `fn NAME(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32>`, with `lobe: Lobe` and
+/// `site: Site` behind `p`, in this order, as far as they are declared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Entry {
     /// Its name.
     pub name: &'static str,
     /// Does it take a lobe per point: `struct Lobe`, the members of [`crate::PointLobe`]?
     pub lobe: bool,
-    /// Does it take the point's place on the mesh? `struct Site` holds the three sites around the point, their weights,
-    /// which sum to 1, texture coordinates and how these lie on the surface ([`crate::PointChart`]): `index: vec3<u32>`, `weight:
-    /// vec3<f32>`, `uv: vec2<f32>`, `n: vec3<f32>`, `t: vec4<f32>` (w the side of the bitangent), `footprint: f32`; and
-    /// `fetch_NAME_at(site, k)` is number k of a buffer there.
+    /// Does it take the point's place on the mesh? `struct Site` holds the three sites around the point,
+    /// their weights, which sum to 1, texture coordinates and how these lie on the surface
+    /// ([`crate::PointChart`]): `index: vec3<u32>`, `weight: vec3<f32>`, `uv: vec2<f32>`, `n: vec3<f32>`,
+    /// `t: vec4<f32>` (w the side of the bitangent), `footprint: f32`; and `fetch_NAME_at(site, k)` is number
+    /// k of a buffer there.
     pub site: bool,
 }
 
@@ -66,8 +69,8 @@ impl Entry {
     /// `shade_site(n, t, wo, p, site)`.
     pub const SITE: Self = Self { name: "shade_site", lobe: false, site: true };
 
-    /// The call with these expressions as arguments: n, t, wo, p, then lobe and site, which are used where the function
-    /// takes them.
+    /// The call with these expressions as arguments: n, t, wo, p, then lobe and site, which are used where
+    /// the function takes them.
     pub fn call(&self, point: [&str; 4], lobe: &str, site: &str) -> String {
         let more = [(self.lobe, lobe), (self.site, site)].into_iter().filter(|a| a.0).map(|a| a.1);
         let all: Vec<&str> = point.into_iter().chain(more).collect();
@@ -97,25 +100,27 @@ pub enum Shape {
     /// A chain of such cubes in one atlas, each at x, y with its size: `fetch_NAME(d: vec3<f32>, level: f32)
     /// -> vec3<f32>`, trilinear.
     EdgeCubeChain(Vec<[u32; 3]>),
-    /// Such cubes of one size, six layers each: `fetch_NAME(d: vec3<f32>, w: f32) -> vec3<f32>`, bilinear in cubes ⌊w⌋
-    /// and ⌊w⌋ + 1 and linear between them (w clamped to 0 … count − 1), and `fetch_NAME_layer(d: vec3<f32>, k: u32)
-    /// -> vec3<f32>` of cube k alone.
+    /// Such cubes of one size, six layers each: `fetch_NAME(d: vec3<f32>, w: f32) -> vec3<f32>`, bilinear in
+    /// cubes ⌊w⌋ and ⌊w⌋ + 1 and linear between them (w clamped to 0 … count − 1), and
+    /// `fetch_NAME_layer(d: vec3<f32>, k: u32) -> vec3<f32>` of cube k alone.
     CubeStack,
-    /// Planes as [`Shape::Plane`], a layer each: `fetch_NAME(uv: vec2<f32>, w: f32) -> vec4<f32>`, linear between
-    /// planes (w clamped to 0 … count − 1), and `fetch_NAME_layer(uv: vec2<f32>, k: u32) -> vec4<f32>`.
+    /// Planes as [`Shape::Plane`], a layer each: `fetch_NAME(uv: vec2<f32>, w: f32) -> vec4<f32>`, linear
+    /// between planes (w clamped to 0 … count − 1), and
+    /// `fetch_NAME_layer(uv: vec2<f32>, k: u32) -> vec4<f32>`.
     PlaneStack,
-    /// Lat-long maps whose first and last rows lie *on* the poles (texel centres of a row at half-integers), a layer
-    /// each: `fetch_NAME(uv: vec2<f32>, k: u32) -> vec4<f32>` of layer k, u = 0.5 + β/2π (wraps), v = α/π from the upper
-    /// pole to the lower one, bilinear.
+    /// Lat-long maps whose first and last rows lie *on* the poles (texel centres of a row at half-integers),
+    /// a layer each: `fetch_NAME(uv: vec2<f32>, k: u32) -> vec4<f32>` of layer k, u = 0.5 + β/2π (wraps), v =
+    /// α/π from the upper pole to the lower one, bilinear.
     GlobeStack,
     /// A plane whose outer texels lie on the ends of [0, 1]²: `fetch_NAME(uv: vec2<f32>) -> vec4<f32>`,
     /// bilinear.
     Plane,
     /// A row whose outer texels lie on 0 and 1: `fetch_NAME(u: f32) -> vec4<f32>`, linear.
     Line,
-    /// Textures of a surface, a layer each, whose levels lie one below the other ([`crate::shared::surface::texels::Texels`]):
-    /// `fetch_NAME(uv: vec2<f32>, footprint: f32, k: u32) -> vec4<f32>` of layer k, averaged over a square of side `footprint`
-    /// in texture coordinates: bilinear in the two nearest levels.
+    /// Textures of a surface, a layer each, whose levels lie one below the other
+    /// ([`crate::shared::surface::texels::Texels`]):
+    /// `fetch_NAME(uv: vec2<f32>, footprint: f32, k: u32) -> vec4<f32>` of layer k, averaged over a square of
+    /// side `footprint` in texture coordinates: bilinear in the two nearest levels.
     Texture {
         /// Levels.
         levels: u32,
@@ -314,7 +319,8 @@ impl GpuTechnique {
         self.uniforms.iter().map(begin).collect()
     }
 
-    /// Sets the uniforms of these names; those that the technique lacks, or has in another type, are left out.
+    /// Sets the uniforms of these names; those that the technique lacks, or has in another type, are left
+    /// out.
     pub fn set_uniforms(&mut self, new: &[Uniform]) {
         for n in new {
             let same = |u: &&mut Uniform| u.name == n.name && u.value.wgsl() == n.value.wgsl();

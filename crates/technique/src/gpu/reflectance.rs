@@ -14,8 +14,8 @@ pub fn cells(name: &'static str, cells: &[[f32; 3]]) -> Table {
     Table { name, shape: Shape::Texels, format: Format::Rgba32Float, level }
 }
 
-/// [`BrdfShader::closed`] with what else calls it, under `prefix`, and the table `name` that it reads where the reflectance is
-/// measured.
+/// [`BrdfShader::closed`] with what else calls it, under `prefix`, and the table `name` that it reads where
+/// the reflectance is measured.
 pub fn own_reflectance(
     shader: &BrdfShader,
     prefix: &str,

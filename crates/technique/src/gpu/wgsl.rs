@@ -22,9 +22,9 @@ pub enum Binding {
     Table(usize),
     /// `@group(0)`: buffer i of [`GpuTechnique::buffers`], read-only storage of 32-bit words.
     Buffer(usize),
-    /// `@group(1)`: points as planes of f32 n.x n.y n.z t.x … wo.x … p.x … p.z, then where the entry takes a lobe the
-    /// planes of [`crate::Points::lobe`], then where it takes a site the planes of three indices (as bits), two weights,
-    /// u and v, and those of [`crate::Points::chart`]; read-only storage.
+    /// `@group(1)`: points as planes of f32 n.x n.y n.z t.x … wo.x … p.x … p.z, then where the entry takes a
+    /// lobe the planes of [`crate::Points::lobe`], then where it takes a site the planes of three indices (as
+    /// bits), two weights, u and v, and those of [`crate::Points::chart`]; read-only storage.
     Points,
     /// `@group(1)`: planes r g b of f32, storage.
     Radiance,
@@ -61,8 +61,8 @@ pub fn module(technique: &GpuTechnique) -> String {
     out
 }
 
-/// Bindings of group 0, `fetch_NAME` functions and the technique's modules, without an entry point: what any shader
-/// that calls the technique's [`super::Entry`] starts with.
+/// Bindings of group 0, `fetch_NAME` functions and the technique's modules, without an entry point: what any
+/// shader that calls the technique's [`super::Entry`] starts with.
 pub fn library(technique: &GpuTechnique) -> String {
     library_of(technique, Storage::Buffers)
 }

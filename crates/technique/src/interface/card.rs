@@ -1,4 +1,5 @@
-//! What a technique says of itself. Indices, menus, tables, the book and the conformance suite come from here.
+//! What a technique says of itself. Indices, menus, tables, the book and the conformance suite come from
+//! here.
 
 use steradian_brdf::Brdf;
 use steradian_light::Lights;

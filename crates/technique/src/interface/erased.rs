@@ -26,8 +26,8 @@ pub trait AnyTechnique: Send + Sync {
     fn self_shadowing(&self, params: &ParamValues) -> bool;
     /// [`Technique::SPACING`].
     fn spacing(&self) -> f32;
-    /// Bakes every factor and links them. Refuses materials that the Card does not take, light that the technique
-    /// would have to drop or that [`Lights::check`] does, and missing geometry.
+    /// Bakes every factor and links them. Refuses materials that the Card does not take, light that the
+    /// technique would have to drop or that [`Lights::check`] does, and missing geometry.
     fn bake(
         &self,
         lights: &Lights,
@@ -40,8 +40,8 @@ pub trait AnyTechnique: Send + Sync {
         bake.certify(task)?;
         Ok(bake)
     }
-    /// [`AnyTechnique::bake`], of which no error is measured yet: the certificate says an infinite one, estimated, until
-    /// [`AnyBake::certify`]. For whoever bakes several to keep one.
+    /// [`AnyTechnique::bake`], of which no error is measured yet: the certificate says an infinite one,
+    /// estimated, until [`AnyBake::certify`]. For whoever bakes several to keep one.
     fn draft(
         &self,
         lights: &Lights,
@@ -64,8 +64,9 @@ pub trait AnyBake: Send + Sync {
     fn card(&self) -> &'static Card;
     /// The error reached.
     fn certificate(&self) -> &Certificate;
-    /// Measures the error of a draft ([`AnyTechnique::draft`]), for [`AnyBake::certificate`]; nothing happens where it is
-    /// known. Views of the draft ([`AnyBake::with_view`]) that were made before do not learn of it.
+    /// Measures the error of a draft ([`AnyTechnique::draft`]), for [`AnyBake::certificate`]; nothing happens
+    /// where it is known. Views of the draft ([`AnyBake::with_view`]) that were made before do not learn of
+    /// it.
     fn certify(&self, task: &Task) -> Result<(), BakeError>;
     /// The parameters it was made with.
     fn params(&self) -> ParamValues;
@@ -83,8 +84,8 @@ pub trait AnyBake: Send + Sync {
     /// What [`AnyBake::frame`] changes of [`AnyBake::gpu`] and [`AnyBake::gpu_varied`], for
     /// [`GpuTechnique::set_uniforms`]: no tables are copied. `None` where a frame changes more than uniforms.
     fn gpu_frame(&self) -> Option<Vec<Uniform>>;
-    /// Which data of [`AnyBake::gpu`], or of [`AnyBake::gpu_varied`] where `varied`, are filtered light; `None` where others
-    /// depend on the light too.
+    /// Which data of [`AnyBake::gpu`], or of [`AnyBake::gpu_varied`] where `varied`, are filtered light;
+    /// `None` where others depend on the light too.
     fn light_tables(&self, varied: bool) -> Option<LightTables>;
     /// What of each point's own lobe shading takes; the rest it leaves out.
     fn varies(&self) -> Varies;
@@ -92,17 +93,19 @@ pub trait AnyBake: Send + Sync {
     fn is_textured(&self) -> bool;
     /// The technique as plain data for a GPU with a lobe per point; `None` where nothing varies.
     fn gpu_varied(&self) -> Option<GpuTechnique>;
-    /// The same bake with a frame of its own, so that several views shade it at a time. It shares everything else.
+    /// The same bake with a frame of its own, so that several views shade it at a time. It shares everything
+    /// else.
     fn with_view(&self, v: &View) -> Box<dyn AnyBake>;
-    /// Another light: only the light's factor and the link are baked again, the others are shared. This bake stays as it is
-    /// and may shade on meanwhile.
+    /// Another light: only the light's factor and the link are baked again, the others are shared. This bake
+    /// stays as it is and may shade on meanwhile.
     fn with_light(&self, lights: &Lights, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
     /// Another reflectance: only its factor, the transfer where it reads it, and the link are baked again.
     fn with_material(&self, material: &Material, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
     /// Another geometry: only the transfer and the link are baked again.
     fn with_geometry(&self, geometry: &Geometry, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
-    /// Another light, another reflectance or both, to look at while a bake of its own is under way: as [`AnyBake::with_light`]
-    /// and [`AnyBake::with_material`], but the error is not measured, and the certificate is still the one of this bake.
+    /// Another light, another reflectance or both, to look at while a bake of its own is under way: as
+    /// [`AnyBake::with_light`] and [`AnyBake::with_material`], but the error is not measured, and the
+    /// certificate is still the one of this bake.
     fn preview(
         &self,
         lights: Option<&Lights>,
@@ -273,7 +276,8 @@ impl<T: Technique> Baked<T> {
         Box::new(Self::new(bake, view, geometry, given))
     }
 
-    /// The factors with those baked again that another light or another reflectance changes, and what they are made of.
+    /// The factors with those baked again that another light or another reflectance changes, and what they
+    /// are made of.
     fn changed(
         &self,
         lights: Option<&Lights>,

@@ -82,7 +82,8 @@ pub enum BakeError {
 }
 
 impl BakeError {
-    /// Exit code of the command: 2 where the request cannot be met as written, 3 for a bad file or light, else 1.
+    /// Exit code of the command: 2 where the request cannot be met as written, 3 for a bad file or light,
+    /// else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Param(_) | Self::Material { .. } | Self::Light { .. } | Self::Geometry { .. } => 2,

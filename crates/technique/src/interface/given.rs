@@ -7,7 +7,8 @@ use steradian_base::{Certificate, Task};
 use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_light::Lights;
 
-/// Light, reflectance and geometry as they were given, as far as they are known: a loaded bake has what its factors keep.
+/// Light, reflectance and geometry as they were given, as far as they are known: a loaded bake has what its
+/// factors keep.
 #[derive(Clone, Default)]
 pub(super) struct Given {
     pub lights: Option<Lights>,
@@ -16,8 +17,8 @@ pub(super) struct Given {
 }
 
 impl Given {
-    /// The error of `b`, of which the technique says `report`: shading against the integral of the inputs as they came, not
-    /// as the technique's factors hold them.
+    /// The error of `b`, of which the technique says `report`: shading against the integral of the inputs as
+    /// they came, not as the technique's factors hold them.
     pub fn certificate<T: Technique>(
         &self,
         b: &Bake<T>,

@@ -8,15 +8,15 @@ use steradian_scene::Mesh;
 use steradian_scene::surface::Planes;
 use steradian_transfer::Saved;
 
-/// How a surface reflects. A base-colour texture multiplies the radiance that a technique returns and stays with the
-/// renderer.
+/// How a surface reflects. A base-colour texture multiplies the radiance that a technique returns and stays
+/// with the renderer.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Material {
     /// The reflectance.
     pub brdf: SharedBrdf,
-    /// Parameters of the reflectance that vary over the surface, for techniques that bake from textures; empty for a
-    /// homogeneous surface.
+    /// Parameters of the reflectance that vary over the surface, for techniques that bake from textures;
+    /// empty for a homogeneous surface.
     pub textures: Planes,
     /// What the surface shows from every view under every light, for techniques that shade with it.
     pub apparent: Option<Arc<Btf>>,
@@ -56,11 +56,11 @@ pub struct Geometry {
     pub mesh: Arc<Mesh>,
     /// The places that get data.
     pub sites: Sites,
-    /// The material of each slot of the mesh ([`Mesh::materials`]), which interreflected light needs; slots beyond the
-    /// end have the material that is baked.
+    /// The material of each slot of the mesh ([`Mesh::materials`]), which interreflected light needs; slots
+    /// beyond the end have the material that is baked.
     pub materials: Arc<[Material]>,
-    /// Transfer of the mesh's vertices that is known, as a file holds it: it is taken where the sites are vertices, and no ray is
-    /// cast, whatever precision a technique asks for.
+    /// Transfer of the mesh's vertices that is known, as a file holds it: it is taken where the sites are
+    /// vertices, and no ray is cast, whatever precision a technique asks for.
     pub transfer: Option<Arc<Saved>>,
 }
 
@@ -85,8 +85,8 @@ impl Geometry {
 pub enum Sites {
     /// Every vertex.
     Vertices,
-    /// The vertices of triangles in these slots of the mesh ([`Mesh::materials`]). The others keep their numbers and shade as
-    /// nothing in particular: black mostly.
+    /// The vertices of triangles in these slots of the mesh ([`Mesh::materials`]). The others keep their
+    /// numbers and shade as nothing in particular: black mostly.
     Slots(Arc<[u32]>),
     /// Every texel of a texture atlas.
     Texels {

@@ -12,11 +12,13 @@ pub trait Part: Sized + Send + Sync + 'static {
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError>;
     /// Bytes of the tables.
     fn bytes(&self) -> usize;
-    /// The light itself, where this factor keeps it: a loaded bake with another reflectance is certified against it.
+    /// The light itself, where this factor keeps it: a loaded bake with another reflectance is certified
+    /// against it.
     fn kept_light(&self) -> Option<&Tree> {
         None
     }
-    /// The reflectance itself, where this factor keeps it: a loaded bake under another light is certified against it.
+    /// The reflectance itself, where this factor keeps it: a loaded bake under another light is certified
+    /// against it.
     fn kept_reflectance(&self) -> Option<&dyn Brdf> {
         None
     }

@@ -17,7 +17,8 @@ pub struct Points<'a> {
     pub p: [&'a [f32]; 3],
     /// Texture coordinates.
     pub uv: [&'a [f32]; 2],
-    /// How texture coordinates lie on the surface, as [`PointChart::to_array`] orders its numbers; empty: along `n` and `t`.
+    /// How texture coordinates lie on the surface, as [`PointChart::to_array`] orders its numbers; empty:
+    /// along `n` and `t`.
     pub chart: [&'a [f32]; PointChart::LEN],
     /// Where transfer data were baked.
     pub site: SitesAt<'a>,
@@ -123,8 +124,8 @@ impl PointsBuf {
         }
     }
 
-    /// Says where the point pushed last lies on its mesh: texture coordinates, the triangle's three vertices, and the
-    /// barycentric weights of the second and third. Points before it that were not told get zeros.
+    /// Says where the point pushed last lies on its mesh: texture coordinates, the triangle's three vertices,
+    /// and the barycentric weights of the second and third. Points before it that were not told get zeros.
     pub fn locate(&mut self, uv: Vec2, corners: [u32; 3], weights: [f32; 2]) {
         let Some(last) = self.len().checked_sub(1) else { return };
         for (to, x) in
@@ -139,7 +140,8 @@ impl PointsBuf {
         }
     }
 
-    /// Says how texture coordinates lie on the surface at the point pushed last; those before it that were not told get zeros.
+    /// Says how texture coordinates lie on the surface at the point pushed last; those before it that were
+    /// not told get zeros.
     pub fn chart(&mut self, chart: PointChart) {
         let Some(last) = self.len().checked_sub(1) else { return };
         for (to, x) in self.chart.iter_mut().zip(chart.to_array()) {

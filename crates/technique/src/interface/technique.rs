@@ -29,8 +29,8 @@ pub trait Technique: Send + Sync + 'static {
     /// State of one frame: rotated light, a summed reflection map.
     type Frame: Default + Send + Sync;
 
-    /// Parameters with those settled that are left to the technique and follow from the material; [`Bake::params`] are such. A
-    /// material that changes later leaves them as they are.
+    /// Parameters with those settled that are left to the technique and follow from the material;
+    /// [`Bake::params`] are such. A material that changes later leaves them as they are.
     fn settled(p: Self::Params, m: &Material) -> Self::Params {
         let _ = m;
         p
@@ -44,18 +44,18 @@ pub trait Technique: Send + Sync + 'static {
         let _ = p;
         Self::CARD.needs.sites
     }
-    /// Does shading with these parameters stand for what the mesh blocks of its own light? Certificates then hold it against
-    /// paths through the mesh, and meshes are divided where shadows vary over them.
+    /// Does shading with these parameters stand for what the mesh blocks of its own light? Certificates then
+    /// hold it against paths through the mesh, and meshes are divided where shadows vary over them.
     fn self_shadowing(p: &Self::Params) -> bool {
         let _ = p;
         Self::CARD.needs.sites
     }
-    /// For techniques with sites: length of edges near an object, over its diagonal, above which a mesh should be divided,
-    /// whatever varies over it, because what is shaded is interpolated between vertices.
+    /// For techniques with sites: length of edges near an object, over its diagonal, above which a mesh
+    /// should be divided, whatever varies over it, because what is shaded is interpolated between vertices.
     const SPACING: f32 = 1.0 / 12.0;
-    /// Processor seconds of a bake with default parameters, without its certificate, under a photograph of 1024 × 512 texels,
-    /// about, in a build that is optimised: whoever looks for the best technique within a time goes by it. The reflectance
-    /// makes it several times as long where it takes long to evaluate.
+    /// Processor seconds of a bake with default parameters, without its certificate, under a photograph of
+    /// 1024 × 512 texels, about, in a build that is optimised: whoever looks for the best technique within a
+    /// time goes by it. The reflectance makes it several times as long where it takes long to evaluate.
     const EFFORT: f64 = 0.5;
     /// Bakes the geometry; called with `None` only where [`Technique::needs_sites`] is false.
     fn transfer(
@@ -70,13 +70,15 @@ pub trait Technique: Send + Sync + 'static {
         p: &Self::Params,
         task: &Task,
     ) -> Result<(Self::Linked, Report), BakeError>;
-    /// Do the parts of a loaded bake fit each other and its parameters? Each part was held to its own form before.
+    /// Do the parts of a loaded bake fit each other and its parameters? Each part was held to its own form
+    /// before.
     fn is_whole(b: &Bake<Self>) -> bool {
         let _ = b;
         true
     }
-    /// What certificates hold shading against: the integral of the reflectance, `None` where that is not known. Techniques
-    /// that stand for a variant of it, such as a published map without a cosine, say so here.
+    /// What certificates hold shading against: the integral of the reflectance, `None` where that is not
+    /// known. Techniques that stand for a variant of it, such as a published map without a cosine, say so
+    /// here.
     fn target<'a>(b: &'a Bake<Self>, brdf: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
         let _ = b;
         brdf.map(|brdf| Target::Integral(Model::of(brdf)))
@@ -86,13 +88,14 @@ pub trait Technique: Send + Sync + 'static {
         let _ = p;
         false
     }
-    /// Is the transfer of one material that of another? Where it reads the material, techniques may say when it is all the
-    /// same.
+    /// Is the transfer of one material that of another? Where it reads the material, techniques may say when
+    /// it is all the same.
     fn same_transfer(p: &Self::Params, before: &Self::Material, after: &Self::Material) -> bool {
         let _ = (before, after);
         !Self::transfer_reads_material(p)
     }
-    /// For techniques with sites: scattering events at surfaces that shading stands for, 1 for direct light alone.
+    /// For techniques with sites: scattering events at surfaces that shading stands for, 1 for direct light
+    /// alone.
     fn events(b: &Bake<Self>) -> u32 {
         let _ = b;
         1
@@ -114,13 +117,14 @@ pub trait Technique: Send + Sync + 'static {
     fn shade(b: &Bake<Self>, f: &Self::Frame, q: &Points<'_>, out: &mut Radiance<'_>);
     /// The same as plain data for a GPU.
     fn gpu(b: &Bake<Self>, f: &Self::Frame) -> GpuTechnique;
-    /// The uniforms of [`Technique::gpu`] that frames change, to write in place of those of the same names; `None`
-    /// where frames change more than uniforms. Techniques with tables say it themselves, so that none is copied here.
+    /// The uniforms of [`Technique::gpu`] that frames change, to write in place of those of the same names;
+    /// `None` where frames change more than uniforms. Techniques with tables say it themselves, so that none
+    /// is copied here.
     fn gpu_frame(b: &Bake<Self>, f: &Self::Frame) -> Option<Vec<Uniform>> {
         Some(Self::gpu(b, f).uniforms)
     }
-    /// Which data of [`Technique::gpu`], or of [`Technique::gpu_varied`] where `varied`, are filtered light, where no others depend
-    /// on the light: a device then makes them of changing light itself.
+    /// Which data of [`Technique::gpu`], or of [`Technique::gpu_varied`] where `varied`, are filtered light,
+    /// where no others depend on the light: a device then makes them of changing light itself.
     fn light_tables(b: &Bake<Self>, varied: bool) -> Option<LightTables> {
         let _ = (b, varied);
         None
@@ -130,14 +134,14 @@ pub trait Technique: Send + Sync + 'static {
         let _ = b;
         Varies::NONE
     }
-    /// Does shading read textures of its own, at [`Points::uv`] and [`Points::chart`]? Light is then baked whole, since what is
-    /// shaded beside a bake has one reflectance everywhere.
+    /// Does shading read textures of its own, at [`Points::uv`] and [`Points::chart`]? Light is then baked
+    /// whole, since what is shaded beside a bake has one reflectance everywhere.
     fn is_textured(b: &Bake<Self>) -> bool {
         let _ = b;
         false
     }
-    /// [`Technique::gpu`] with `fn shade_lobe(n, t, wo, p, lobe)` beside `shade` ([`crate::gpu::Entry`]); `None`
-    /// where nothing varies.
+    /// [`Technique::gpu`] with `fn shade_lobe(n, t, wo, p, lobe)` beside `shade` ([`crate::gpu::Entry`]);
+    /// `None` where nothing varies.
     fn gpu_varied(b: &Bake<Self>, f: &Self::Frame) -> Option<GpuTechnique> {
         let _ = (b, f);
         None

@@ -1,22 +1,23 @@
-//! What may differ from point to point: the width of the lobe, the normals under the point, the colours of the reflectance, and
-//! how texture coordinates lie on the surface.
+//! What may differ from point to point: the width of the lobe, the normals under the point, the colours of
+//! the reflectance, and how texture coordinates lie on the surface.
 
 /// A point's own lobe. [`PointLobe::PLAIN`] is the material's, with one normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointLobe {
     /// Width alpha = perceptual_roughness² in place of the material's; negative keeps the material's.
     pub alpha: f32,
-    /// Added to alpha², albedo unchanged: twice the variance of the normals' slopes where it is taken as round
-    /// (Olano & Baker 2010, *LEAN Mapping*: alpha'² = alpha² + 2σ²).
+    /// Added to alpha², albedo unchanged: twice the variance of the normals' slopes where it is taken as
+    /// round (Olano & Baker 2010, *LEAN Mapping*: alpha'² = alpha² + 2σ²).
     pub widen: f32,
-    /// Least alpha of the lookup: what the pixel's own footprint in the reflection blurs (K06: the level is the
-    /// larger one of the roughness's and the minification's).
+    /// Least alpha of the lookup: what the pixel's own footprint in the reflection blurs (K06: the level is
+    /// the larger one of the roughness's and the minification's).
     pub least: f32,
     /// Covariance of the unit normals under the point about n, in the frame (t, n × t): tt, tb, bb.
     pub spread: [f32; 3],
     /// Albedo of the diffuse part in place of the material's; negative keeps the material's.
     pub albedo: [f32; 3],
-    /// Reflectance of the specular part at normal incidence in place of the material's; negative keeps the material's.
+    /// Reflectance of the specular part at normal incidence in place of the material's; negative keeps the
+    /// material's.
     pub f0: [f32; 3],
 }
 
@@ -46,7 +47,8 @@ impl Default for PointLobe {
     }
 }
 
-/// How texture coordinates lie on the surface at a point: what techniques with data per texel need beside them.
+/// How texture coordinates lie on the surface at a point: what techniques with data per texel need beside
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointChart {
     /// Unit normal of the surface itself, before any normal map, on the viewer's side.

@@ -9,9 +9,10 @@ use steradian_sphere::sampling::{Pcg32, R2, hemisphere};
 /// Pairs of directions.
 const PAIRS: u32 = 1 << 13;
 
-/// Relative RMS error √(∫∫|f̂ − f|²/∫∫|f|²) of f · ⟨n·wi⟩ over views and directions of light, both uniform in solid angle over
-/// the hemisphere. Half of the directions of light are drawn by the reflectance, so that narrow lobes are seen, and all are
-/// weighed by the density of both kinds (Veach & Guibas 1995, the balance heuristic).
+/// Relative RMS error √(∫∫|f̂ − f|²/∫∫|f|²) of f · ⟨n·wi⟩ over views and directions of light, both uniform in
+/// solid angle over the hemisphere. Half of the directions of light are drawn by the reflectance, so that
+/// narrow lobes are seen, and all are weighed by the density of both kinds (Veach & Guibas 1995, the balance
+/// heuristic).
 pub fn error(
     brdf: &dyn Brdf,
     exact: &(dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + '_),
@@ -20,7 +21,8 @@ pub fn error(
     error_at(brdf, |_| Place::default(), |_, wi, wo| exact(wi, wo), |_, wi, wo| shaded(wi, wo))
 }
 
-/// Directions of light and view in the frame of the surface, both above it, and the weight that errors have there.
+/// Directions of light and view in the frame of the surface, both above it, and the weight that errors have
+/// there.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair {
     /// To the light.
@@ -44,8 +46,8 @@ pub fn pairs(brdf: &dyn Brdf, count: u32) -> impl Iterator<Item = (u32, Pair)> {
     })
 }
 
-/// The same over places of textures too, one for each pair of directions: place `k` of as many as are asked for. Directions are
-/// drawn about the surface's own normal.
+/// The same over places of textures too, one for each pair of directions: place `k` of as many as are asked
+/// for. Directions are drawn about the surface's own normal.
 pub fn error_at(
     brdf: &dyn Brdf,
     place: impl Fn(u32) -> Place,
@@ -75,7 +77,8 @@ pub fn error_of(
     if energy > 0.0 { (squares / energy).sqrt() } else { squares.sqrt() }
 }
 
-/// Centres of the texels of a texture, spread over it: place `k` of [`error_at`], and the texel's column and row.
+/// Centres of the texels of a texture, spread over it: place `k` of [`error_at`], and the texel's column and
+/// row.
 pub fn texel(k: u32, (width, height): (usize, usize)) -> (Place, [usize; 2]) {
     let p = R2::default().point(k.wrapping_add(17));
     let cell = |u: f64, n: usize| ((u * n as f64) as usize).min(n - 1);

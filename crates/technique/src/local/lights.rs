@@ -14,10 +14,10 @@ pub struct LocalLights {
     pub points: Vec<PointLight>,
 }
 
-/// What a technique bakes, what is shaded exactly, and what a local technique shades: each light is in one of them.
-/// Directional and point lights go to the local technique, whatever becomes of suns; disks and the environment go where
-/// [`crate::direct::split`] puts them. What surfaces reflect of directional lights stays with techniques that know
-/// reflections ([`Lights::apart`]).
+/// What a technique bakes, what is shaded exactly, and what a local technique shades: each light is in one of
+/// them. Directional and point lights go to the local technique, whatever becomes of suns; disks and the
+/// environment go where [`crate::direct::split`] puts them. What surfaces reflect of directional lights stays
+/// with techniques that know reflections ([`Lights::apart`]).
 pub fn split(lights: &Lights, suns: Suns) -> (Lights, Direct, LocalLights) {
     let mut distant = lights.clone();
     let local = LocalLights {
@@ -82,8 +82,9 @@ impl Light {
         [x, y, z, f32::from(u8::from(self.point)), r, g, b, 0.0]
     }
 
-    /// Direction towards the light, irradiance on a surface that faces it, and distance, at a point; `None` at a point light
-    /// itself, and where the point's position is not known. However near the light, the irradiance is finite.
+    /// Direction towards the light, irradiance on a surface that faces it, and distance, at a point; `None`
+    /// at a point light itself, and where the point's position is not known. However near the light, the
+    /// irradiance is finite.
     #[inline(always)]
     pub fn at(&self, p: Option<[f32; 3]>) -> Option<([f32; 3], [f32; 3], f32)> {
         if !self.point {
@@ -111,7 +112,8 @@ mod tests {
     use glam::{DVec3, Vec3};
     use steradian_light::DiskLight;
 
-    /// No light is lost, and none is in two places: of each kind the numbers add up, whatever becomes of suns.
+    /// No light is lost, and none is in two places: of each kind the numbers add up, whatever becomes of
+    /// suns.
     #[test]
     fn every_light_goes_to_one_place() {
         let disk = |angular_radius| DiskLight { direction: DVec3::Y, angular_radius, radiance: [1.0; 3] };

@@ -2,9 +2,10 @@
 //!
 //! > L_o(x, wo) = Σ_l V_l(x) f̂(wi_l, wo) E_l,  E_l = I/r² of a point light, the irradiance of a directional one
 //!
-//! where f̂ is what a technique makes of f · ⟨n·wi⟩. Environments and disks stay with a [`crate::Technique`], and
-//! both parts add up: [`split`] gives every light to one of them. Light is never part of a local technique's tables, so
-//! lights may move in every frame. Units: radiance in W sr⁻¹ m⁻², intensity in W sr⁻¹, irradiance in W m⁻².
+//! where f̂ is what a technique makes of f · ⟨n·wi⟩. Environments and disks stay with a [`crate::Technique`],
+//! and both parts add up: [`split`] gives every light to one of them. Light is never part of a local
+//! technique's tables, so lights may move in every frame. Units: radiance in W sr⁻¹ m⁻², intensity in W sr⁻¹,
+//! irradiance in W m⁻².
 //!
 //! A local technique has [`crate::Capabilities::global`] off.
 
@@ -49,7 +50,8 @@ pub const NEEDS: Needs = Needs { environment: false, sites: false, uv: false, ta
 /// What those need that have data per texel.
 pub const NEEDS_TEXELS: Needs = Needs { uv: true, ..NEEDS };
 
-/// What the Cards of techniques have in common that tabulate f · ⟨n·wi⟩ of two directions: each states the rest of itself.
+/// What the Cards of techniques have in common that tabulate f · ⟨n·wi⟩ of two directions: each states the
+/// rest of itself.
 pub const CARD: Card = Card {
     slug: "",
     title: "",
@@ -84,7 +86,8 @@ const TOLERANCE: f64 = 1e-3;
 /// Entries a side, at least and at most, where the tolerance chooses.
 const SIDES: [usize; 2] = [64, 2048];
 
-/// Tables of `side` entries a side, by default of as many as the task's tolerance needs: their `error` is half of it at most.
+/// Tables of `side` entries a side, by default of as many as the task's tolerance needs: their `error` is
+/// half of it at most.
 pub fn tables<T>(
     side: Option<usize>,
     task: &Task,
@@ -109,7 +112,8 @@ pub fn tables<T>(
 /// f · ⟨n·wi⟩ of two local directions.
 pub type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;
 
-/// A technique for local light on surfaces whose reflectance is the same everywhere; others are [`TexturedTechnique`]s.
+/// A technique for local light on surfaces whose reflectance is the same everywhere; others are
+/// [`TexturedTechnique`]s.
 pub trait LocalTechnique: Send + Sync + Sized + 'static {
     /// What the technique says of itself.
     const CARD: Card;
@@ -118,8 +122,8 @@ pub trait LocalTechnique: Send + Sync + Sized + 'static {
     /// What it tabulates of the reflectance.
     type Tables: Send + Sync;
 
-    /// Tabulates the reflectance, which [`Card::materials`] takes; to the task's tolerance where the technique chooses
-    /// sizes.
+    /// Tabulates the reflectance, which [`Card::materials`] takes; to the task's tolerance where the
+    /// technique chooses sizes.
     fn bake(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Tables, BakeError>;
     /// Parameters with which shading needs no mesh, where [`LocalTechnique::needs_sites`] by others.
     const PER_POINT: &'static [(&'static str, f64)] = &[];
@@ -140,22 +144,23 @@ pub trait LocalTechnique: Send + Sync + Sized + 'static {
         let _ = t;
         Box::new(move |wi, wo| brdf.f_cos(wi, wo))
     }
-    /// f · ⟨n·wi⟩ of two unit directions in the frame of tangent, bitangent and normal, by the tables; wo is above the
-    /// horizon.
+    /// f · ⟨n·wi⟩ of two unit directions in the frame of tangent, bitangent and normal, by the tables; wo is
+    /// above the horizon.
     fn f_cos(t: &Self::Tables, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
     /// The same as text for a GPU; `None` where the reflectance has none.
     fn text(t: &Self::Tables) -> Option<LocalText>;
-    /// Shading under the lights of a frame. `mesh` is there where [`LocalTechnique::needs_sites`]; `shadowed` says that
-    /// shadows will be asked for.
+    /// Shading under the lights of a frame. `mesh` is there where [`LocalTechnique::needs_sites`]; `shadowed`
+    /// says that shadows will be asked for.
     fn lit(b: &LocalBaked<Self>, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError> {
         Ok(Box::new(PerPoint::<Self>::new(b, frame)))
     }
 }
 
-/// A local technique's functions as plain data for a GPU. All names begin with `local_`, so that they stand beside those of
-/// a technique for environments.
+/// A local technique's functions as plain data for a GPU. All names begin with `local_`, so that they stand
+/// beside those of a technique for environments.
 pub struct LocalText {
-    /// WGSL that defines `local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, or what [`TexturedTechnique::text`] says.
+    /// WGSL that defines `local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, or what
+    /// [`TexturedTechnique::text`] says.
     pub module: Cow<'static, str>,
     /// Its tables, called `local_…`.
     pub tables: Vec<Table>,
@@ -206,11 +211,12 @@ pub struct LocalBaked<T: TexturedTechnique> {
 
 /// Shading under the lights of one frame.
 pub trait LocalShading: Send + Sync {
-    /// Adds the radiance that leaves the points of `q` because of the lights; points that face away get nothing, and point
-    /// lights give nothing where the batch has no positions. Without positions shadows are left out.
+    /// Adds the radiance that leaves the points of `q` because of the lights; points that face away get
+    /// nothing, and point lights give nothing where the batch has no positions. Without positions shadows are
+    /// left out.
     fn add(&self, shadows: Option<Shadows<'_>>, q: &Points<'_>, out: &mut Radiance<'_>);
-    /// The same, unshadowed, as plain data for a GPU; all its names begin with `local_` ([`beside`]). `None` where the
-    /// reflectance has no text for GPUs.
+    /// The same, unshadowed, as plain data for a GPU; all its names begin with `local_` ([`beside`]). `None`
+    /// where the reflectance has no text for GPUs.
     fn gpu(&self) -> Option<GpuTechnique>;
     /// The error reached.
     fn certificate(&self) -> &Certificate;
@@ -230,12 +236,13 @@ pub trait AnyLocal: Send + Sync {
     fn needs_sites(&self, params: &ParamValues) -> bool;
     /// Parameters with which it needs no mesh, where it needs one by others.
     fn per_point(&self) -> &'static [(&'static str, f64)];
-    /// The files that its parameters name: what they hold is among the material's textures under the same names.
+    /// The files that its parameters name: what they hold is among the material's textures under the same
+    /// names.
     fn planes(&self) -> &'static [Plane];
     /// What the sums of its [`Content::Polynomials`] are made of with these parameters.
     fn basis(&self, params: &ParamValues) -> Basis;
-    /// Tabulates a material; refuses what the Card does not take. Techniques that need sites read of a geometry the mesh and the
-    /// materials of its slots.
+    /// Tabulates a material; refuses what the Card does not take. Techniques that need sites read of a
+    /// geometry the mesh and the materials of its slots.
     fn bake(
         &self,
         material: &Material,
@@ -263,7 +270,8 @@ pub trait LocalBake: Send + Sync {
     fn is_textured(&self) -> bool;
     /// Bytes that shading reads.
     fn bytes(&self) -> usize;
-    /// The normals that it shades with, for whatever shades the other light; `None` where they are the surface's own.
+    /// The normals that it shades with, for whatever shades the other light; `None` where they are the
+    /// surface's own.
     fn normals(&self) -> Option<Arc<NormalMap>>;
     /// f · ⟨n·wi⟩ of two unit directions in the local frame; of techniques with data per texel at (0, 0).
     fn f_cos(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
@@ -456,7 +464,8 @@ pub fn run_by(
     }
 }
 
-/// One description of both: `technique` for environment and disks, and `local` ([`LocalShading::gpu`]) for the other lights.
+/// One description of both: `technique` for environment and disks, and `local` ([`LocalShading::gpu`]) for
+/// the other lights.
 pub fn beside(technique: GpuTechnique, local: GpuTechnique) -> GpuTechnique {
     let (one, other) = (technique.entry, local.entry);
     let entry =

@@ -27,7 +27,8 @@ impl<T: TexturedTechnique> PerPoint<T> {
     }
 }
 
-/// Normal, tangent, side of the bitangent and footprint of point `i`; with `charted` those of its chart, where it has one.
+/// Normal, tangent, side of the bitangent and footprint of point `i`; with `charted` those of its chart,
+/// where it has one.
 #[inline(always)]
 fn chart(q: &Points<'_>, charted: bool, i: usize) -> PointChart {
     let at = |v: &[&[f32]; 3]| v.map(|s| s[i]);

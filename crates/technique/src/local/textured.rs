@@ -29,15 +29,16 @@ pub enum Content {
     Colours,
     /// Numbers as they stand in the file.
     Numbers,
-    /// A polynomial texture map: six planes, called NAME.0 to NAME.5, of the coefficients of u², v², uv, u, v and 1 in red,
-    /// green and blue, or as many of spherical harmonics ([`AnyLocal::basis`](super::AnyLocal::basis)); white is 1.
+    /// A polynomial texture map: six planes, called NAME.0 to NAME.5, of the coefficients of u², v², uv, u, v
+    /// and 1 in red, green and blue, or as many of spherical harmonics
+    /// ([`AnyLocal::basis`](super::AnyLocal::basis)); white is 1.
     Polynomials,
     /// The pictures of a bidirectional texture function, which is the material's [`Material::apparent`].
     Bidirectional,
 }
 
-/// A file that a technique reads: a parameter of the same name says which, and [`Material::textures`] has what it holds under
-/// that name.
+/// A file that a technique reads: a parameter of the same name says which, and [`Material::textures`] has
+/// what it holds under that name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
     /// The parameter.
@@ -85,9 +86,10 @@ impl Field for FileName {
     }
 }
 
-/// A technique for local light whose data may differ from texel to texel. Directions are those of the frame of tangent,
-/// bitangent and normal of the surface itself, before any normal map; u grows along the tangent, v against the bitangent.
-/// Points without texture coordinates are shaded as at (0, 0): who has none asks [`crate::Needs::uv`] first.
+/// A technique for local light whose data may differ from texel to texel. Directions are those of the frame
+/// of tangent, bitangent and normal of the surface itself, before any normal map; u grows along the tangent,
+/// v against the bitangent. Points without texture coordinates are shaded as at (0, 0): who has none asks
+/// [`crate::Needs::uv`] first.
 pub trait TexturedTechnique: Send + Sync + Sized + 'static {
     /// What the technique says of itself.
     const CARD: Card;
@@ -161,8 +163,9 @@ pub trait TexturedTechnique: Send + Sync + Sized + 'static {
     fn texel(t: &Self::Tables, at: Place, wo: [f32; 3]) -> Self::Texel;
     /// f · ⟨n·wi⟩ at a point, with what the bumps hide of the light, of two unit directions.
     fn f_cos(t: &Self::Tables, x: &Self::Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
-    /// The same as text for a GPU: `local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel` and
-    /// `local_f_cos(x: LocalTexel, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`; `None` where the reflectance has none.
+    /// The same as text for a GPU: `local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel`
+    /// and `local_f_cos(x: LocalTexel, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`; `None` where the
+    /// reflectance has none.
     fn text(t: &Self::Tables) -> Option<LocalText>;
     /// Shading under the lights of a frame.
     fn lit(b: &LocalBaked<Self>, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError> {

@@ -12,9 +12,9 @@ pub fn direction(k: u32, low: f64) -> DVec3 {
     DVec3::new(s * phi.cos(), s * phi.sin(), z)
 }
 
-/// Mean irradiance over a wall of a groove whose walls make an angle of cosine `c` and are evenly lit with irradiance 1, after 0, 1, 2 …
-/// reflections of albedo 1: the part of the other wall from the bottom to the distance y is seen from the distance x with the form
-/// factor ½ (1 − (x − y c)/√(x² + y² − 2 x y c)).
+/// Mean irradiance over a wall of a groove whose walls make an angle of cosine `c` and are evenly lit with
+/// irradiance 1, after 0, 1, 2 … reflections of albedo 1: the part of the other wall from the bottom to the
+/// distance y is seen from the distance x with the form factor ½ (1 − (x − y c)/√(x² + y² − 2 x y c)).
 pub fn groove(c: f64) -> [f64; 5] {
     const N: usize = 400;
     let seen = |x: f64, y: f64| 0.5 * (1.0 - (x - y * c) / (x * x + y * y - 2.0 * x * y * c).sqrt());

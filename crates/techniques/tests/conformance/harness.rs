@@ -16,8 +16,8 @@ use steradian_techniques::{
     AnyBake, AnyTechnique, Check, Geometry, Material, PointsBuf, Radiance, Sites, registry,
 };
 
-/// Techniques that are put to `check`; the others are printed with their Card's reason. `STERADIAN_TECHNIQUES=split_sum,shrm`
-/// tries these alone.
+/// Techniques that are put to `check`; the others are printed with their Card's reason.
+/// `STERADIAN_TECHNIQUES=split_sum,shrm` tries these alone.
 pub fn techniques(check: Check) -> impl Iterator<Item = &'static dyn AnyTechnique> {
     let only = std::env::var("STERADIAN_TECHNIQUES").ok();
     let asked = move |t: &&'static dyn AnyTechnique| {
@@ -37,7 +37,8 @@ pub fn material(spec: &str) -> Material {
     Material::new(steradian_brdf::parse(spec).expect("a specimen's spec"))
 }
 
-/// A bake with some parameters, of which no error is measured: to most checks it says nothing, and takes most of the time.
+/// A bake with some parameters, of which no error is measured: to most checks it says nothing, and takes most
+/// of the time.
 pub fn draft(t: &dyn AnyTechnique, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let params: ParamValues = params.iter().copied().collect();
     let geometry = t.card().needs.sites.then(|| around(&[]));
@@ -51,9 +52,9 @@ pub fn certified(b: &dyn AnyBake) -> &Certificate {
     b.certificate()
 }
 
-/// Sites at points in the open: above a small ball that none of them sees, so that V ≡ 1 and a technique with sites is
-/// what it would be without them. Without points, the vertices of the ball, so many that radiance between them is nearly
-/// linear: certificates look at points between vertices.
+/// Sites at points in the open: above a small ball that none of them sees, so that V ≡ 1 and a technique with
+/// sites is what it would be without them. Without points, the vertices of the ball, so many that radiance
+/// between them is nearly linear: certificates look at points between vertices.
 pub fn around(points: &[ReferencePoint]) -> Geometry {
     let ball = Arc::new(shapes::icosphere(3));
     if points.is_empty() {

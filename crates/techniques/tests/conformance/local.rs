@@ -1,5 +1,5 @@
-//! The checks of techniques for local light: what holds for directional and point lights, and the furnace made of many
-//! directional lights.
+//! The checks of techniques for local light: what holds for directional and point lights, and the furnace
+//! made of many directional lights.
 
 use super::harness::material;
 use super::table;
@@ -115,7 +115,8 @@ fn local_techniques_are_exact_where_their_cards_say_so() {
     }
 }
 
-/// Errors under a near point light and three directional ones are the recorded ones, and certificates are honest.
+/// Errors under a near point light and three directional ones are the recorded ones, and certificates are
+/// honest.
 #[test]
 fn errors_of_local_techniques_are_the_recorded_ones() {
     let points = points(256);
@@ -132,8 +133,9 @@ fn errors_of_local_techniques_are_the_recorded_ones() {
                 let got = shade(&*b, &local(&light), &View::default(), &buffer(&points));
                 Found { error: difference(&got, &judged(&light, spec, &points)), sigma: 0.0 }
             }));
-            // What tables tabulate without another form is theirs up to the spacing of entries; a sum of products is as good as
-            // the tolerance asks, 1 % where none is given; a product is as good as its form.
+            // What tables tabulate without another form is theirs up to the spacing of entries; a sum of
+            // products is as good as the tolerance asks, 1 % where none is given; a product is as good as its
+            // form.
             let within = match t.card().slug {
                 _ if t.card().waived(Check::ExactWhen).is_some() => f64::INFINITY,
                 "separable_svd" => 1e-2,
@@ -194,7 +196,8 @@ const BESIDE: [Beside; 3] = [
 /// Height of white over the width of the map, on bumps.
 const RELIEF: f64 = 0.15;
 
-/// The heights as a mesh in the plane of x and z, y up, of three periods each way; the middle one begins at (0, 0).
+/// The heights as a mesh in the plane of x and z, y up, of three periods each way; the middle one begins at
+/// (0, 0).
 fn relief() -> Mesh {
     let n = specimens::SIDE;
     let side = 3 * n + 1;
@@ -214,10 +217,11 @@ fn relief() -> Mesh {
     mesh
 }
 
-/// Texels of bumps that the technique has a texture of, each under a directional light of its own, with the lights, views and
-/// weights of certificates, against the reference about the bump's normal, by central differences, and a ray to the light
-/// through a mesh of the heights where the technique knows shadows. A few grazing views whose highlight is hidden, or should
-/// be, have most of the error: directions that are merely uniform miss them.
+/// Texels of bumps that the technique has a texture of, each under a directional light of its own, with the
+/// lights, views and weights of certificates, against the reference about the bump's normal, by central
+/// differences, and a ray to the light through a mesh of the heights where the technique knows shadows. A few
+/// grazing views whose highlight is hidden, or should be, have most of the error: directions that are merely
+/// uniform miss them.
 fn on_bumps(t: &dyn AnyLocal, b: &dyn LocalBake, spec: &'static str) -> f64 {
     let n = specimens::SIDE;
     let bvh = Bvh::build(&relief());
@@ -250,7 +254,8 @@ fn on_bumps(t: &dyn AnyLocal, b: &dyn LocalBake, spec: &'static str) -> f64 {
     difference(&got, &exact)
 }
 
-/// 24 × 48 directional lights with the weights of a product rule are constant light, whose radiance is the albedo.
+/// 24 × 48 directional lights with the weights of a product rule are constant light, whose radiance is the
+/// albedo.
 #[test]
 fn many_directional_lights_are_a_furnace() {
     let (x, w) = gauss_legendre(24);
@@ -414,7 +419,8 @@ fn local_shaders_are_valid_and_bakes_repeat() {
     }
 }
 
-/// What is wrong is refused by name: parameters, reflectance, light that is not finite, a mesh that is missing.
+/// What is wrong is refused by name: parameters, reflectance, light that is not finite, a mesh that is
+/// missing.
 #[test]
 fn local_techniques_refuse_by_name() {
     for t in locals() {

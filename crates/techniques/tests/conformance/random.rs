@@ -1,7 +1,8 @@
-//! Certificates against the reference in cases drawn by seeds: any light, any reflectance, any technique that takes both.
+//! Certificates against the reference in cases drawn by seeds: any light, any reflectance, any technique that
+//! takes both.
 //!
-//! A few of the cases run always; `STERADIAN_FULL=1` runs all, `STERADIAN_CASES=100..200` some of them; `STERADIAN_SEED=7` draws
-//! others.
+//! A few of the cases run always; `STERADIAN_FULL=1` runs all, `STERADIAN_CASES=100..200` some of them;
+//! `STERADIAN_SEED=7` draws others.
 
 use super::harness::*;
 use glam::DVec3;
@@ -18,8 +19,9 @@ const LAYERED: usize = 60;
 const EVERY: usize = 25;
 /// Largest error relative to the stated one.
 const UNDER: f64 = 1.25;
-/// Probes of each kind; a case that fails with the first is held to what the second find. (One bright texel that a metal sees at
-/// grazing angles was .62 ± .09 with 256 where 1024 find .39 ± .05: few probes have more than their own spread tells.)
+/// Probes of each kind; a case that fails with the first is held to what the second find. (One bright texel
+/// that a metal sees at grazing angles was .62 ± .09 with 256 where 1024 find .39 ± .05: few probes have more
+/// than their own spread tells.)
 const PROBES: [usize; 2] = [256, 2048];
 
 /// Numbers of Steele, Lea & Flood 2014, *Fast Splittable Pseudorandom Number Generators*.
@@ -209,7 +211,8 @@ fn photographed(width: usize, degrees: f64) -> Lights {
     .into()
 }
 
-/// Lights whose texels are as wide as the lobe: what is stated is what the reference, which knows texels alone, finds.
+/// Lights whose texels are as wide as the lobe: what is stated is what the reference, which knows texels
+/// alone, finds.
 #[test]
 fn certificates_see_the_outline_of_texels() {
     let five = photographed(256, 5.0);

@@ -106,7 +106,8 @@ fn every_length_of_a_batch_shades_the_same() {
     });
 }
 
-/// Every technique's module is valid WGSL. That it computes the same numbers needs an adapter: the gpu crate's tests.
+/// Every technique's module is valid WGSL. That it computes the same numbers needs an adapter: the gpu
+/// crate's tests.
 #[test]
 fn shaders_are_valid() {
     for t in techniques(Check::Shader) {
@@ -232,7 +233,8 @@ fn put(data: &mut TensorData, value: f64, which: impl Fn(usize) -> bool) {
     }
 }
 
-/// Bakes with a tensor filled with one number or given another shape, then with single numbers and words changed.
+/// Bakes with a tensor filled with one number or given another shape, then with single numbers and words
+/// changed.
 fn edited(whole: &TensorFile, singles: usize) -> Vec<(String, TensorFile)> {
     let mut all = Vec::new();
     for (name, tensor) in &whole.tensors {

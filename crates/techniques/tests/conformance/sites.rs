@@ -1,5 +1,5 @@
-//! Techniques with sites where a mesh blocks light: a groove whose visibility is known in closed form, and a ball on a
-//! pedestal, judged by paths.
+//! Techniques with sites where a mesh blocks light: a groove whose visibility is known in closed form, and a
+//! ball on a pedestal, judged by paths.
 
 use super::harness::*;
 use glam::{Affine3A, DMat3, DVec2, DVec3, Vec2, Vec3};
@@ -48,7 +48,8 @@ fn shaded(b: &dyn AnyBake, points: &[At]) -> Vec<[f64; 3]> {
     (0..q.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
 }
 
-/// Two walls of width 1 that meet in the z axis at an angle and open towards +Y, far longer than they are wide, turned.
+/// Two walls of width 1 that meet in the z axis at an angle and open towards +Y, far longer than they are
+/// wide, turned.
 struct Groove {
     /// Half of the angle between the walls.
     half: f64,
@@ -118,8 +119,8 @@ impl Groove {
         rim.dot(n).atan2(-rim.dot(up))
     }
 
-    /// Radiance of the points of [`Groove::sites`]: directions are visible above the angle that the other wall takes, so
-    /// that what is integrated is smooth.
+    /// Radiance of the points of [`Groove::sites`]: directions are visible above the angle that the other
+    /// wall takes, so that what is integrated is smooth.
     fn exact(&self, light: &Lights, spec: &str, points: &[At]) -> Vec<[f64; 3]> {
         const N: usize = 160;
         let image = &light.environment.as_ref().expect("an image").image;
@@ -153,8 +154,8 @@ fn groove(degrees: f64) -> Groove {
     Groove { half: 0.5 * degrees.to_radians(), turn: DMat3::IDENTITY }
 }
 
-/// From the bottom the part of a half space's irradiance that the other wall takes is (1 + cos α)/2, and over the wall
-/// 1 − sin(α/2) in the mean: what the checks below take as exact has these.
+/// From the bottom the part of a half space's irradiance that the other wall takes is (1 + cos α)/2, and over
+/// the wall 1 − sin(α/2) in the mean: what the checks below take as exact has these.
 #[test]
 fn the_groove_has_its_form_factors() {
     for degrees in ANGLES {
@@ -188,8 +189,8 @@ fn judge(failures: &mut Vec<String>, name: String, error: f64, most: f64) {
     }
 }
 
-/// On the walls of a groove the error is what certificates say, against visibility in closed form; other views than theirs may
-/// be twice as far off.
+/// On the walls of a groove the error is what certificates say, against visibility in closed form; other
+/// views than theirs may be twice as far off.
 #[test]
 fn a_groove_is_shaded_as_certificates_say() {
     let mut failures = Vec::new();
@@ -234,12 +235,14 @@ fn a_groove_turns_with_its_light() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// What the walls of a groove reflect to each other once, under a constant light, is the sum over strips of their form factors.
+/// What the walls of a groove reflect to each other once, under a constant light, is the sum over strips of
+/// their form factors.
 #[test]
 fn a_groove_reflects_what_its_form_factors_say() {
     const N: usize = 800;
     const ALBEDO: f64 = 0.8;
-    // Wider than a right angle, so that vertices at the bottom, from which rays start off their wall, are before the other one.
+    // Wider than a right angle, so that vertices at the bottom, from which rays start off their wall, are
+    // before the other one.
     let groove = groove(120.0);
     // Between vertices radiance is linear: strips and, where nothing changes, few stretches along them.
     let (_, points) = groove.sites();
@@ -280,8 +283,8 @@ fn pedestal() -> Mesh {
     Mesh::merged(&[ball, block, shapes::plane(5.0, 0.0, 24)])
 }
 
-/// Points all over a mesh, in triangles rather than at their corners, with a view each; those of the greatest triangles are
-/// seldom more than others.
+/// Points all over a mesh, in triangles rather than at their corners, with a view each; those of the greatest
+/// triangles are seldom more than others.
 fn over(mesh: &Mesh, count: usize) -> Vec<At> {
     let fract = |k: usize, by: f64| (k as f64 * by + 0.37).fract();
     let at = |k: usize| {
@@ -302,8 +305,8 @@ fn over(mesh: &Mesh, count: usize) -> Vec<At> {
     (0..count).map(at).collect()
 }
 
-/// On a pedestal scene the error is what certificates say, at other points and views than theirs, against the path tracer; and
-/// what is saved and loaded shades the same.
+/// On a pedestal scene the error is what certificates say, at other points and views than theirs, against the
+/// path tracer; and what is saved and loaded shades the same.
 #[test]
 fn a_ball_on_a_pedestal_is_shaded_as_certificates_say() {
     let mesh = pedestal();

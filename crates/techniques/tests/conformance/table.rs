@@ -23,8 +23,9 @@ fn recording() -> bool {
 }
 
 impl Line {
-    /// Technique, reflectance, light, error against the reference at the points of every run, error that the certificate
-    /// states; where the table is recorded, `precise` measures the error with as many points as that takes.
+    /// Technique, reflectance, light, error against the reference at the points of every run, error that the
+    /// certificate states; where the table is recorded, `precise` measures the error with as many points as
+    /// that takes.
     pub fn new(
         [slug, spec, light]: [&str; 3],
         found: f64,
@@ -80,8 +81,8 @@ fn path(file: &str) -> PathBuf {
 const HEAD: &str = "# technique | reflectance | light | relative RMS error against the reference | its standard error | as the \
                     certificate states | at the points of every run\n";
 
-/// The table with these lines; where some techniques alone were tried, with these in place of those of the same keys, and new
-/// ones at the end.
+/// The table with these lines; where some techniques alone were tried, with these in place of those of the
+/// same keys, and new ones at the end.
 fn blessed(before: &str, lines: &[Line]) -> String {
     let mut text = String::from(HEAD);
     if std::env::var_os("STERADIAN_TECHNIQUES").is_none() {

@@ -21,10 +21,10 @@ pub(super) const SMALL: f64 = 0.02;
 
 /// Levels of less perceptual roughness show detail.
 const SHARP: f64 = 0.25;
-/// How far a level's detail correlates at least with that of its light, by the perceptual roughness up to which the light
-/// is filtered. Of nine photographs in pairs, 256 × 128, unlike ones reach 0.32 under a mirror, 0.58 at 0.17 and 0.77 at 0.33
-/// and 0.5 (one pair of skies with little but a sun reaches 0.84), and a light that was turned, made 8 times smaller, or
-/// clipped at 1 keeps 0.76 under a mirror.
+/// How far a level's detail correlates at least with that of its light, by the perceptual roughness up to
+/// which the light is filtered. Of nine photographs in pairs, 256 × 128, unlike ones reach 0.32 under a
+/// mirror, 0.58 at 0.17 and 0.77 at 0.33 and 0.5 (one pair of skies with little but a sun reaches 0.84), and
+/// a light that was turned, made 8 times smaller, or clipped at 1 keeps 0.76 under a mirror.
 const LIKENESS: [(f64, f64); 3] = [(0.1, 0.5), (0.25, 0.62), (0.6, 0.8)];
 /// Levels of another light are off by more than this.
 const OFF: f64 = 0.15;
@@ -173,8 +173,8 @@ impl<'a> Bench<'a> {
         a.plus(&b).gains([0, 1, 2])
     }
 
-    /// Does the sharpest level share no detail with the light, whatever its turn and its blur? `false` where there is no
-    /// sharp level, or no detail.
+    /// Does the sharpest level share no detail with the light, whatever its turn and its blur? `false` where
+    /// there is no sharp level, or no detail.
     pub fn other_light(&self, task: &Task) -> Result<bool, Cancelled> {
         let roughness = |m: usize| self.input.expected[m].roughness().unwrap_or(f64::INFINITY);
         let levels = 0..self.input.levels.len();

@@ -94,13 +94,15 @@ impl<'a, 'b> Search<'a, 'b> {
         }
         task.advance(1);
         for m in 0..n {
-            // Means over texels are one reading of a level that is not filtered: the span of the others counts.
+            // Means over texels are one reading of a level that is not filtered: the span of the others
+            // counts.
             let spans = read
                 .iter()
                 .flat_map(|(_, a)| read.iter().map(|(_, b)| apart(&bench.samples[m], &a[m], &b[m])));
             out.open[m] = spans.fold(0.0, f64::max).hypot(bench.rounding[m]);
         }
-        // Of a level that is not filtered the reading that fits best is taken: it opens nothing for the others.
+        // Of a level that is not filtered the reading that fits best is taken: it opens nothing for the
+        // others.
         let filtered = (0..n).filter(|&m| expected[m].zonal().is_some());
         let mean = filtered.map(|m| out.open[m].powi(2)).sum::<f64>() / n.max(1) as f64;
         out.floor = FLOOR.hypot(0.7 * mean.sqrt());
@@ -125,8 +127,8 @@ impl<'a, 'b> Search<'a, 'b> {
         Ok(out)
     }
 
-    /// Every hypothesis beside those of [`Search::straight`]: turned levels, then altered light, unless something
-    /// simpler explains everything.
+    /// Every hypothesis beside those of [`Search::straight`]: turned levels, then altered light, unless
+    /// something simpler explains everything.
     fn all(&mut self, task: &Task) -> Result<(), Cancelled> {
         let (levels, expected) = (self.bench.input.levels, self.bench.input.expected);
         let samples = &self.bench.samples;

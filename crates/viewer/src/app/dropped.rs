@@ -70,8 +70,8 @@ fn read_bake(file: &str) -> Result<SavedBake, Error> {
     Session::new().saved_bake(Path::new(file), &Adjust::default())
 }
 
-/// A saved bake: with it come the sky that it was made of and, for when it is put away, its reflectance and technique. Files
-/// that it names are not opened.
+/// A saved bake: with it come the sky that it was made of and, for when it is put away, its reflectance and
+/// technique. Files that it names are not opened.
 fn saved(file: String) -> Result<Change, String> {
     let bake = read_bake(&file).map_err(|e| e.to_string())?;
     let technique = bake.technique;
@@ -94,8 +94,8 @@ fn saved(file: String) -> Result<Change, String> {
     }))
 }
 
-/// The reflectance that a file of measurements holds, by whichever reader takes it. Where `technique` does not take it, the best
-/// is chosen for it.
+/// The reflectance that a file of measurements holds, by whichever reader takes it. Where `technique` does
+/// not take it, the best is chosen for it.
 fn measured(file: &str, technique: Option<&str>) -> Result<Change, String> {
     let mut session = Session::new();
     for model in steradian_brdf::measured_models() {

@@ -329,7 +329,8 @@ impl App {
         }
     }
 
-    /// The sky that a side follows until there is a bake for it: one with a sun elsewhere, where nothing else has changed.
+    /// The sky that a side follows until there is a bake for it: one with a sun elsewhere, where nothing else
+    /// has changed.
     fn follows(&self, side: usize, plain: &Wish) -> Option<String> {
         let (live, baked, spec) =
             (self.lives[side].as_ref()?, self.baked[side].as_ref()?, plain.light.as_ref()?);

@@ -273,7 +273,8 @@ impl App {
         self.not_filtered(live).filter(|_| sunny).map(|why| format!("sky by previews: {why}"))
     }
 
-    /// What is under the pointer: the surface, and of each side the radiance, its certificate and its true error.
+    /// What is under the pointer: the surface, and of each side the radiance, its certificate and its true
+    /// error.
     pub(super) fn probe(&self) -> Option<String> {
         let ([u, v], frame, live) = (self.hover?, self.frame.as_ref()?, self.lives[0].as_ref()?);
         let at = |n: usize, t: f32| ((t * n as f32) as usize).min(n.saturating_sub(1));

@@ -19,8 +19,8 @@ const LATITUDE: f64 = 35.0;
 /// Luminance of a texel, relative to the mean, above which an image is said to have a sun.
 const BRIGHT: f64 = 100.0;
 
-/// What the sun of the sky does at `hours` of solar time on the day of equal length, at 35° north: elevation and azimuth in
-/// degrees, where north is −Z and east +X.
+/// What the sun of the sky does at `hours` of solar time on the day of equal length, at 35° north: elevation
+/// and azimuth in degrees, where north is −Z and east +X.
 pub(super) fn at_hour(hours: f64) -> [f64; 2] {
     let angle = (hours - 12.0) * PI / 12.0;
     let up = LATITUDE.to_radians().cos() * angle.cos();
@@ -72,8 +72,8 @@ pub(super) fn with_sun(spec: &str, [elevation, azimuth]: [f64; 2]) -> Option<Str
     Some(format!("{name}:{}", values.body(sky::PARAMETERS[k])))
 }
 
-/// Unit directions to the suns of lights: disks, directional lights, and the brightest texel of an image where it is far
-/// brighter than the mean.
+/// Unit directions to the suns of lights: disks, directional lights, and the brightest texel of an image
+/// where it is far brighter than the mean.
 pub(super) fn suns(lights: &Lights) -> Vec<Vec3> {
     let mut out: Vec<Vec3> = lights.disks.iter().map(|d| d.direction.as_vec3()).collect();
     out.extend(lights.directionals.iter().map(|d| d.direction.as_vec3()));
@@ -93,8 +93,8 @@ pub(super) fn suns(lights: &Lights) -> Vec<Vec3> {
     out
 }
 
-/// Where the map of the upper hemisphere shows a direction: the zenith at its centre, the horizon on its rim, and above the
-/// centre what lies beyond the object as the camera at `azimuth` (radians) sees it.
+/// Where the map of the upper hemisphere shows a direction: the zenith at its centre, the horizon on its rim,
+/// and above the centre what lies beyond the object as the camera at `azimuth` (radians) sees it.
 fn place(d: DVec3, azimuth: f64) -> Vec2 {
     let radius = (2.0 / PI * d.y.clamp(-1.0, 1.0).acos()).min(1.08) as f32 * RADIUS;
     let angle = d.z.atan2(d.x) - azimuth;

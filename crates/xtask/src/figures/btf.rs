@@ -1,5 +1,6 @@
-//! What compression takes from bidirectional texture functions: the survey's two sentences on Sattler's and Müller's ratios, and the one on
-//! what a chain of factors loses (STAR04 6.4.5), on surfaces that the path tracer photographs. Direct light, 81 views, 81 lights.
+//! What compression takes from bidirectional texture functions: the survey's two sentences on Sattler's and
+//! Müller's ratios, and the one on what a chain of factors loses (STAR04 6.4.5), on surfaces that the path
+//! tracer photographs. Direct light, 81 views, 81 lights.
 
 use super::{Options, percent, say};
 use anyhow::{Context, Result};

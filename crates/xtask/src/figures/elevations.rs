@@ -1,9 +1,10 @@
-//! Errors by elevation: the split sum, a stack of round lobes, spherical harmonic reflection maps and their slices.
+//! Errors by elevation: the split sum, a stack of round lobes, spherical harmonic reflection maps and their
+//! slices.
 //!
-//! First on the level of the reflectance, from coefficients: ‖f_cos − f~_cos‖/‖f_cos‖ over the light directions of one
-//! view. Then of outgoing radiance, technique by technique, against the reference: under white noise, whose harmonics all have one
-//! power, so that it measures the reflectance as a whole, and under a real light; each with its bytes and with what
-//! its certificate states.
+//! First on the level of the reflectance, from coefficients: ‖f_cos − f~_cos‖/‖f_cos‖ over the light
+//! directions of one view. Then of outgoing radiance, technique by technique, against the reference: under
+//! white noise, whose harmonics all have one power, so that it measures the reflectance as a whole, and under
+//! a real light; each with its bytes and with what its certificate states.
 
 use super::picture::{baked, reference};
 use super::{Options, light, percent, say};

@@ -1,8 +1,9 @@
 //! Figure 5.7: how much of a reflectance's energy F = 30 and P = 0 … 5 hold.
 //!
-//! The paper's bars are of the 61 CUReT samples, whose measurements are not public any more in one place; ours of every
-//! measured or fitted material that can be read here: the fits to the MERL set (SGD, ABC), the published Lafortune
-//! lobes, measured files of the data folder where this build reads them, and whatever `--brdf` names.
+//! The paper's bars are of the 61 CUReT samples, whose measurements are not public any more in one place;
+//! ours of every measured or fitted material that can be read here: the fits to the MERL set (SGD, ABC), the
+//! published Lafortune lobes, measured files of the data folder where this build reads them, and whatever
+//! `--brdf` names.
 
 use super::chart::{self, Bar};
 use super::{Options, percent, save, say};

@@ -1,7 +1,9 @@
-//! Materials of a kilobyte beside what engines make of the same data: GGX over Lambert, fitted to it, by the split sum.
+//! Materials of a kilobyte beside what engines make of the same data: GGX over Lambert, fitted to it, by the
+//! split sum.
 //!
-//! Both models are fitted to the published descriptions of MERL's measurements by the squared error of f·cos, relative to that of each
-//! view; both are shaded by their techniques under real lights, and held against the integral of the data itself, over a sphere.
+//! Both models are fitted to the published descriptions of MERL's measurements by the squared error of f·cos,
+//! relative to that of each view; both are shaded by their techniques under real lights, and held against the
+//! integral of the data itself, over a sphere.
 
 use super::gaussians::sets;
 use super::picture::{Ball, bake, reference};
@@ -24,9 +26,9 @@ const SIDE: usize = 40;
 /// Elevations of the view that GGX is fitted at.
 const VIEWS: usize = 12;
 
-/// Evaluations of the reflectance at each point at most: the first of these of which the next tells that the integral is off by no more
-/// than [`ENOUGH`]. What the reference estimates of its own error adds up cells whose errors cancel, so that for a table it would go on a
-/// hundred times as long.
+/// Evaluations of the reflectance at each point at most: the first of these of which the next tells that the
+/// integral is off by no more than [`ENOUGH`]. What the reference estimates of its own error adds up cells
+/// whose errors cancel, so that for a table it would go on a hundred times as long.
 const EVALUATIONS: [u64; 4] = [10_000, 50_000, 250_000, 1_250_000];
 const ENOUGH: f64 = 0.01;
 
@@ -81,7 +83,8 @@ fn nodes(brdf: &dyn Brdf) -> Vec<Node> {
 fn solved(nodes: &[Node], alpha: f64) -> Result<(f64, Ggx)> {
     let [none, full] = [0.0, 1.0].map(|f0| parse(&format!("ggx:alpha={alpha},f0={f0}")));
     let (none, full) = (none?, full?);
-    // Per channel: ∫ of products of the two bases (that of f0, of the albedo) and of what is left of the data.
+    // Per channel: ∫ of products of the two bases (that of f0, of the albedo) and of what is left of the
+    // data.
     let (mut a, mut b, mut square) = ([0.0; 3], [[0.0; 2]; 3], [0.0; 3]);
     for n in nodes {
         let (low, high) = (none.f_cos(n.wi, n.wo)[0], full.f_cos(n.wi, n.wo)[0]);

@@ -1,10 +1,11 @@
-//! Figure 5.4: balls under light that is blurred more and more (downwards), of lobes that grow wider and wider (to the right).
+//! Figure 5.4: balls under light that is blurred more and more (downwards), of lobes that grow wider and
+//! wider (to the right).
 //!
-//! Both are of one series of widths σ: light blurred by the heat kernel of standard deviation σ, and lobes cosⁿ about the
-//! mirror direction with n = 1/σ², which have the same width. The paper: the highest frequency of a picture is about the
-//! lesser of the light's and the lobe's, so that balls look alike within each of its L-shaped delimiters, where the greater
-//! of the two widths is one. The table says which order holds [`HELD`] of the energy beyond the mean, of light, lobe and
-//! reflected light.
+//! Both are of one series of widths σ: light blurred by the heat kernel of standard deviation σ, and lobes
+//! cosⁿ about the mirror direction with n = 1/σ², which have the same width. The paper: the highest frequency
+//! of a picture is about the lesser of the light's and the lobe's, so that balls look alike within each of
+//! its L-shaped delimiters, where the greater of the two widths is one. The table says which order holds
+//! [`HELD`] of the energy beyond the mean, of light, lobe and reflected light.
 
 use super::{Options, light, percent, save, say};
 use anyhow::{Context, Result};

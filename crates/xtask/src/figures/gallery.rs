@@ -30,7 +30,8 @@ fn side_by_side(a: &Display, b: &Display) -> Display {
     }
 }
 
-/// Draws every technique's picture that is not there yet, and writes their numbers: to draw one again, remove it.
+/// Draws every technique's picture that is not there yet, and writes their numbers: to draw one again, remove
+/// it.
 pub fn run(o: &Options) -> Result<()> {
     let path = o.out.join(NUMBERS);
     let mut rows = if path.exists() { gallery::rows(&path)? } else { Vec::new() };

@@ -1,10 +1,10 @@
-//! Figure 4 of Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for Environment Map
-//! Rendering*: the error of K = 3 Gaussians at N = 15 elevations, here over all materials of the published descriptions of
-//! MERL's measurements (tabulated factors, neural networks, shifted-gamma fits), the worst ones named; of round Gaussians, the
-//! paper's, and stretched ones.
+//! Figure 4 of Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for
+//! Environment Map Rendering*: the error of K = 3 Gaussians at N = 15 elevations, here over all materials of
+//! the published descriptions of MERL's measurements (tabulated factors, neural networks, shifted-gamma
+//! fits), the worst ones named; of round Gaussians, the paper's, and stretched ones.
 //!
-//! Errors are those of the specular part, as in the paper, squared ("energy") and plain ("norm"), relative to it at each
-//! elevation; and the squared error relative to the whole of f·cos, diffuse part included.
+//! Errors are those of the specular part, as in the paper, squared ("energy") and plain ("norm"), relative to
+//! it at each elevation; and the squared error relative to the whole of f·cos, diffuse part included.
 
 use super::{Options, percent, say};
 use anyhow::Result;
@@ -18,10 +18,12 @@ use steradian_parallel::prelude::*;
 /// The paper's five are not named; these have its range of glosses.
 const FIVE: [&str; 5] =
     ["green-metallic-paint", "blue-acrylic", "gold-metallic-paint", "nickel", "red-metallic-paint"];
-/// The paper: "peak percent L² error of 18 % at severely grazing angles, and average error below 5 % for normal views".
+/// The paper: "peak percent L² error of 18 % at severely grazing angles, and average error below 5 % for
+/// normal views".
 const PEAK: f64 = 0.18;
 const NORMAL: f64 = 0.05;
-/// Views up to here count as normal ones, degrees; those beyond the second as grazing past what the paper shows.
+/// Views up to here count as normal ones, degrees; those beyond the second as grazing past what the paper
+/// shows.
 const DEGREES: [f64; 2] = [60.5, 84.0];
 
 struct Entry {

@@ -1,9 +1,9 @@
-//! Figure 5.9: highlights near grazing (above) and Kajiya–Kay (below), by SHRM and by Cabral, Olano & Nemec's (1999)
-//! twelve prefiltered views.
+//! Figure 5.9: highlights near grazing (above) and Kajiya–Kay (below), by SHRM and by Cabral, Olano & Nemec's
+//! (1999) twelve prefiltered views.
 //!
-//! For Kajiya–Kay twelve maps over the tangent are blended as the paper does it: the exact radiance of the three
-//! views of the icosahedron around each view, weighted by the barycentric coordinates on the sphere. A warp along the
-//! mirror direction, which the technique `reflection_space_ibr` adds, has no meaning there.
+//! For Kajiya–Kay twelve maps over the tangent are blended as the paper does it: the exact radiance of the
+//! three views of the icosahedron around each view, weighted by the barycentric coordinates on the sphere. A
+//! warp along the mirror direction, which the technique `reflection_space_ibr` adds, has no meaning there.
 
 use super::picture::{Ball, Show, bake, certified, reference};
 use super::{Options, light, percent, save, say};

@@ -1,5 +1,5 @@
-//! Figures 2 and 6 of Kautz, Sloan & Snyder 2002, *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical
-//! Harmonics*: the table of a reflectance, and how many coefficients highlights need.
+//! Figures 2 and 6 of Kautz, Sloan & Snyder 2002, *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting
+//! Using Spherical Harmonics*: the table of a reflectance, and how many coefficients highlights need.
 
 use super::picture::{Ball, Show, bake, reference};
 use super::{Options, light, percent, save, say};

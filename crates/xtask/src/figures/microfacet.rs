@@ -1,5 +1,5 @@
-//! Figure 5.6: the simplified microfacet model (5.34), σ = .2, at rising P; and section 5.7.1's other two reflectances,
-//! Lafortune skin at P = 4 and Kajiya–Kay s = 32 at P = 8.
+//! Figure 5.6: the simplified microfacet model (5.34), σ = .2, at rising P; and section 5.7.1's other two
+//! reflectances, Lafortune skin at P = 4 and Kajiya–Kay s = 32 at P = 8.
 
 use super::picture::{Ball, Show, bake, certified, reference};
 use super::{Options, light, percent, save, say};

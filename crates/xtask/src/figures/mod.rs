@@ -1,14 +1,15 @@
-//! Figures of Ramamoorthi & Hanrahan 2002, *Frequency Space Environment Map Rendering*, and of Kautz, Sloan & Snyder 2002,
-//! *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics* (`kss02-…`), of Green, Kautz & Durand
-//! 2007 (`gkd07-…`), and of Kautz 2004, the survey (`star04-…`): ours beside the paper's.
+//! Figures of Ramamoorthi & Hanrahan 2002, *Frequency Space Environment Map Rendering*, and of Kautz, Sloan &
+//! Snyder 2002, *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics*
+//! (`kss02-…`), of Green, Kautz & Durand 2007 (`gkd07-…`), and of Kautz 2004, the survey (`star04-…`): ours
+//! beside the paper's.
 //!
 //! ```text
 //! cargo run --release -p steradian-xtask -- figures gallery|btf|5.1|5.2|5.4|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|prt|ggx|kss02-2|3|4|5|6|7|8|k06|star04|star04-6|7|8|9|15|haar [-o DIR] [--light FILE|SKY]
 //!     [--brdf SPEC]… [--side N]
 //! ```
 //!
-//! Tables go to standard output, pictures to DIR (by default the current folder). Real lights and materials come from
-//! the data folder (`STERADIAN_DATA`); without it a studio stands in and says so.
+//! Tables go to standard output, pictures to DIR (by default the current folder). Real lights and materials
+//! come from the data folder (`STERADIAN_DATA`); without it a studio stands in and says so.
 
 mod btf;
 mod chart;

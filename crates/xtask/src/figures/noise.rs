@@ -1,8 +1,9 @@
-//! Figures 4 and 5 of Kautz, Sloan & Snyder 2002: a teapot whose exponent, and whose anisotropy, varies by a noise, and shadows by
-//! precomputed transfer; each beside the truth.
+//! Figures 4 and 5 of Kautz, Sloan & Snyder 2002: a teapot whose exponent, and whose anisotropy, varies by a
+//! noise, and shadows by precomputed transfer; each beside the truth.
 //!
-//! Figure 4 is held against the integral with each pixel's own reflectance, twice: under the light of 25 coefficients that is shaded, which
-//! leaves what the tables err by, and under the whole light. Figure 5 is held against the integral, and against paths of one reflection.
+//! Figure 4 is held against the integral with each pixel's own reflectance, twice: under the light of 25
+//! coefficients that is shaded, which leaves what the tables err by, and under the whole light. Figure 5 is
+//! held against the integral, and against paths of one reflection.
 
 use super::survey::{Way, film, row, sheet};
 use super::{Options, kautz, light, mesh, picture, save, say};
@@ -34,8 +35,8 @@ const CELLS: usize = 3;
 /// Relative error of the truth.
 const TRUTH: f64 = 1e-3;
 
-/// Smooth noise between 0 and 1 that repeats: random values at the corners of cells (Perlin's fade between them), with half the height
-/// in cells half as wide.
+/// Smooth noise between 0 and 1 that repeats: random values at the corners of cells (Perlin's fade between
+/// them), with half the height in cells half as wide.
 fn noise(x: f64, y: f64) -> f64 {
     let octave = |cells: usize, seed: u64| {
         let corner = |i: usize, j: usize| {

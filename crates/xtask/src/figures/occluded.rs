@@ -1,9 +1,10 @@
-//! Figures 5, 6 and 7 of Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for Environment Map
-//! Rendering*: what visibility outside the integral errs by, and materials, on a bunny that stands on a plate.
+//! Figures 5, 6 and 7 of Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for
+//! Environment Map Rendering*: what visibility outside the integral errs by, and materials, on a bunny that
+//! stands on a plate.
 //!
-//! The truth is light that arrives straight, with shadows, reflected by the very lobes that are shaded, by paths: what is told is the
-//! error of visibility, beside that of the filtered light, and none of the fit. Pictures compare by the relative RMS error of radiance and
-//! by FLIP, both over the pixels of the object.
+//! The truth is light that arrives straight, with shadows, reflected by the very lobes that are shaded, by
+//! paths: what is told is the error of visibility, beside that of the filtered light, and none of the fit.
+//! Pictures compare by the relative RMS error of radiance and by FLIP, both over the pixels of the object.
 
 use super::{Options, light, mesh, percent, save, say};
 use anyhow::{Context, Result, anyhow};
@@ -97,7 +98,8 @@ impl Stand {
             .map_err(|e| anyhow!("{e}"))
     }
 
-    /// The picture of a bake of another reflectance, without a certificate: it is held against the truth here.
+    /// The picture of a bake of another reflectance, without a certificate: it is held against the truth
+    /// here.
     fn film(&self, bake: &dyn AnyBake, brdf: &SharedBrdf) -> Result<Film> {
         let material = Material::new(brdf.clone());
         let mut bake = bake.preview(None, Some(&material), &Task::quiet()).map_err(|e| anyhow!("{e}"))?;
@@ -303,8 +305,8 @@ pub fn materials(o: &Options) -> Result<()> {
     save(o, "gkd07-6.png", &sheet.draw())
 }
 
-/// Figure 7, and a question of Kautz's course notes: do glossy reflections need self-shadowing? The diffuse part is shadowed alike
-/// in all pictures: only the glossy one's visibility differs.
+/// Figure 7, and a question of Kautz's course notes: do glossy reflections need self-shadowing? The diffuse
+/// part is shadowed alike in all pictures: only the glossy one's visibility differs.
 pub fn shadows(o: &Options) -> Result<()> {
     let stand = Stand::new(o)?;
     let bakes = bakes(&stand)?;

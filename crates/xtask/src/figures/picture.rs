@@ -34,8 +34,8 @@ fn disc(side: usize) -> impl Iterator<Item = (usize, DVec3)> {
 }
 
 impl Ball {
-    /// A reflection map: a pixel is a central direction C, the mirror direction of a view that stands at (θ_o, φ_o)
-    /// about C everywhere (RH02, figure 5.6).
+    /// A reflection map: a pixel is a central direction C, the mirror direction of a view that stands at
+    /// (θ_o, φ_o) about C everywhere (RH02, figure 5.6).
     pub fn map(side: usize, theta_o: f64, phi_o: f64) -> Self {
         let point = |c: DVec3| {
             let [x, y, z] = frame(c);
@@ -178,7 +178,8 @@ impl<'a> Show<'a> {
         Some(Cell { picture: self.picture(film), caption })
     }
 
-    /// Absolute differences at the same exposure, not amplified, as in the paper; what `gain` says where they are.
+    /// Absolute differences at the same exposure, not amplified, as in the paper; what `gain` says where they
+    /// are.
     pub fn difference(&self, film: &Film, gain: f32) -> Option<Cell> {
         let mut d = film.clone();
         for c in 0..3 {

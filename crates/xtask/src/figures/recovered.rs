@@ -1,5 +1,6 @@
-//! Section 3.3.1 of Green, Kautz & Durand 2007: visibility from the data of diffuse precomputed transfer, by dividing the cosine
-//! out, its error by elevation on a bunny that stands on a plate, beside that of visibility's own coefficients.
+//! Section 3.3.1 of Green, Kautz & Durand 2007: visibility from the data of diffuse precomputed transfer, by
+//! dividing the cosine out, its error by elevation on a bunny that stands on a plate, beside that of
+//! visibility's own coefficients.
 
 use super::{mesh, say};
 use anyhow::{Result, anyhow};

@@ -1,9 +1,10 @@
-//! Table 5.2: representations of the four-dimensional reflected light field B(C, wo'), C the mirror direction and wo' the
-//! direction of the viewer about it, and measurements beside each word of the paper's table.
+//! Table 5.2: representations of the four-dimensional reflected light field B(C, wo'), C the mirror direction
+//! and wo' the direction of the viewer about it, and measurements beside each word of the paper's table.
 //!
-//! All represent one field, that of an isotropic reflectance under an environment, to one error: each grows until its error
-//! at random points is at most [`ASKED`]. Points are those of balls: normals with density cos θ about views drawn uniformly.
-//! Tables come from harmonics, not from sums over the light's texels, whose time is extrapolated from a few of them.
+//! All represent one field, that of an isotropic reflectance under an environment, to one error: each grows
+//! until its error at random points is at most [`ASKED`]. Points are those of balls: normals with density cos
+//! θ about views drawn uniformly. Tables come from harmonics, not from sums over the light's texels, whose
+//! time is extrapolated from a few of them.
 
 use super::picture::{baked, certified, reference};
 use super::{Options, light, percent, say};
@@ -146,7 +147,8 @@ fn print(l: &Line, words: &str) {
     ));
 }
 
-/// Numbers of [0, 1) that fill it evenly: the fractional parts of multiples of 1/g, g the root of x^(d+1) = x + 1.
+/// Numbers of [0, 1) that fill it evenly: the fractional parts of multiples of 1/g, g the root of x^(d+1) =
+/// x + 1.
 fn even(k: usize, dimension: i32) -> f64 {
     const ROOT: f64 = 1.220_744_084_605_76;
     (0.5 + (k + 1) as f64 * ROOT.powi(-dimension)).fract()
@@ -175,7 +177,8 @@ fn seconds<T>(run: impl FnOnce() -> T) -> (T, f64) {
     (out, start.elapsed().as_secs_f64())
 }
 
-/// Weights and places of the two neighbours of x among `count` places at k + ½; the ends are held, or met by turning round.
+/// Weights and places of the two neighbours of x among `count` places at k + ½; the ends are held, or met by
+/// turning round.
 fn neighbours(x: f64, count: usize, turns: bool) -> [(usize, f64); 2] {
     let x = x - 0.5;
     let low = x.floor();

@@ -1,5 +1,5 @@
-//! Sentences of Kautz 2004, *Hardware Lighting and Shading: a Survey*, on local light, measured: ours beside the text. Those on
-//! compressed texture functions are `figures btf`.
+//! Sentences of Kautz 2004, *Hardware Lighting and Shading: a Survey*, on local light, measured: ours beside
+//! the text. Those on compressed texture functions are `figures btf`.
 
 use super::survey::{BUMPS, Way, bump_scene, film};
 use super::{Options, percent, say};
@@ -56,8 +56,9 @@ fn local(slug: &str, brdf: &SharedBrdf, params: &[(&str, f64)]) -> Result<Box<dy
     technique.bake(&material, None, &values, &Task::quiet()).map_err(|e| anyhow::anyhow!("{e}"))
 }
 
-/// "For many materials only a single product between two functions is needed" (6.2.3), and homomorphic factorization is "better
-/// than the approximation using singular value decomposition" (6.2.3), at as many bytes.
+/// "For many materials only a single product between two functions is needed" (6.2.3), and homomorphic
+/// factorization is "better than the approximation using singular value decomposition" (6.2.3), at as many
+/// bytes.
 fn decompositions(o: &Options) -> Result<()> {
     say(
         "STAR04 6.2.3: error of f cos by one to four terms of the best parametrisation, and homomorphic beside the SVD of as many bytes",

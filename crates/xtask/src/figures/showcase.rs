@@ -1,7 +1,8 @@
-//! Figure 5.1: a statue of five reflectances under four lights by spherical harmonic reflection maps, beside the reference.
+//! Figure 5.1: a statue of five reflectances under four lights by spherical harmonic reflection maps, beside
+//! the reference.
 //!
-//! CUReT's orange and velvet are not at hand: a fit to an orange paint and lobes fitted to felt stand in. So does Galileo's
-//! tomb for St Peter's Basilica, of which only halves with overscan are.
+//! CUReT's orange and velvet are not at hand: a fit to an orange paint and lobes fitted to felt stand in. So
+//! does Galileo's tomb for St Peter's Basilica, of which only halves with overscan are.
 
 use super::{Options, mesh, percent, save, say};
 use anyhow::{Context, Result};

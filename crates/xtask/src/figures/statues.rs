@@ -1,5 +1,5 @@
-//! Figures 3, 7 and 8 of Kautz, Sloan & Snyder 2002: brushed metal under several lights, shadows with anisotropic
-//! reflectance, and reflectance models beside each other, on meshes.
+//! Figures 3, 7 and 8 of Kautz, Sloan & Snyder 2002: brushed metal under several lights, shadows with
+//! anisotropic reflectance, and reflectance models beside each other, on meshes.
 
 use super::mesh::{self, brushed};
 use super::{Options, light, save, say};
@@ -132,8 +132,8 @@ pub fn shadows(o: &Options) -> Result<()> {
     save(o, "kss02-7.png", &sheet.draw())
 }
 
-/// Figure 8: models by columns, shapes by rows. The paper's foil and vinyl are measurements that are not public; materials
-/// fitted to measurements stand in, and `--brdf` adds others.
+/// Figure 8: models by columns, shapes by rows. The paper's foil and vinyl are measurements that are not
+/// public; materials fitted to measurements stand in, and `--brdf` adds others.
 pub fn models(o: &Options) -> Result<()> {
     let (name, lights) = light::of(o, "environments/latlong/probulator_grace.hdr")?;
     let mut specs: Vec<String> = [

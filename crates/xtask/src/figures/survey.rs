@@ -1,8 +1,9 @@
-//! Figures 6, 7, 8, 9, 15 and 23 of Kautz 2004, *Hardware Lighting and Shading: a Survey*: what its techniques for local light and for
-//! self-shadowing draw, each beside the truth.
+//! Figures 6, 7, 8, 9, 15 and 23 of Kautz 2004, *Hardware Lighting and Shading: a Survey*: what its
+//! techniques for local light and for self-shadowing draw, each beside the truth.
 //!
-//! Figures 6 and 7 are held against the model itself, 8 and 9 against paths on the surface that the bumps stand for, 15 and 23
-//! against paths of one reflection. Errors are relative RMS errors of radiance over the pixels that all pictures of a row cover wholly.
+//! Figures 6 and 7 are held against the model itself, 8 and 9 against paths on the surface that the bumps
+//! stand for, 15 and 23 against paths of one reflection. Errors are relative RMS errors of radiance over the
+//! pixels that all pictures of a row cover wholly.
 
 use super::{Options, light, mesh, percent, save, say};
 use anyhow::{Context, Result};
@@ -59,7 +60,8 @@ pub fn film(scene: &Scene, way: &Way<'_>) -> Result<Film> {
     for m in &mut scene.materials {
         if let Way::Local(spec, planes) = way {
             m.local = Local::parse(spec)?.map(|l| l.with_planes(planes.clone()));
-            // Lights near by are all there is: what shades the dark environment is any technique that takes the reflectance.
+            // Lights near by are all there is: what shades the dark environment is any technique that takes
+            // the reflectance.
             m.method = Some(any_global(m)?);
         } else {
             m.method = Some(method.clone());
@@ -227,7 +229,8 @@ fn on_sphere(u: f32, v: f32) -> Vec3 {
     Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin())
 }
 
-/// Figure 8: a sphere of marble with raised veins, by Kautz and Seidel's technique, against paths on the displaced sphere.
+/// Figure 8: a sphere of marble with raised veins, by Kautz and Seidel's technique, against paths on the
+/// displaced sphere.
 pub fn sphere(o: &Options) -> Result<()> {
     // Height of a vein over the circumference.
     const RELIEF: f32 = 0.003;
@@ -278,7 +281,8 @@ pub fn sphere(o: &Options) -> Result<()> {
     save(o, "star04-8.png", &sheet("Raised veins", subtitle, rows).draw())
 }
 
-/// Bumps on a plane and the displaced plane, seen from above, under a light at (elevation, azimuth); with their heights.
+/// Bumps on a plane and the displaced plane, seen from above, under a light at (elevation, azimuth); with
+/// their heights.
 pub fn bump_scene(o: &Options, side: usize, light: (f64, f64)) -> Result<(Scene, Scene, Planes)> {
     const TILES: f64 = 3.0;
     const TEXELS: usize = 128;

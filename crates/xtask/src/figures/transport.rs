@@ -1,5 +1,6 @@
-//! Transfer vectors as pictures: a head in the light of each spherical harmonic (the course notes of Kautz 2006), and how many
-//! coefficients light needs, spherical harmonics beside Haar wavelets (Kautz 2004, 7.4; Ng, Ramamoorthi & Hanrahan 2003).
+//! Transfer vectors as pictures: a head in the light of each spherical harmonic (the course notes of Kautz
+//! 2006), and how many coefficients light needs, spherical harmonics beside Haar wavelets (Kautz 2004, 7.4;
+//! Ng, Ramamoorthi & Hanrahan 2003).
 
 use super::survey::{Way, film as drawn, row, sheet};
 use super::{Options, light, mesh, save, say};
@@ -57,7 +58,8 @@ fn vectors(mesh: &Mesh, bands: usize, rays: Option<u32>) -> Result<Transfer> {
     transfer(&scene, &Site::vertices(mesh), &settings, None, &Task::quiet()).map_err(|e| anyhow!("{e}"))
 }
 
-/// A head lit by each of the first 25 harmonics: red where the light that arrives is positive, blue where it is negative.
+/// A head lit by each of the first 25 harmonics: red where the light that arrives is positive, blue where it
+/// is negative.
 pub fn basis(o: &Options) -> Result<()> {
     const BANDS: usize = 5;
     let head = mesh::bust()?;

@@ -1,8 +1,8 @@
-//! Figure 5.8: a velvet-like reflectance, by SHRM at P = 5, by slices, and by Kautz & McCool's (2000) two-dimensional
-//! lobe.
+//! Figure 5.8: a velvet-like reflectance, by SHRM at P = 5, by slices, and by Kautz & McCool's (2000)
+//! two-dimensional lobe.
 //!
-//! CUReT's velvet is not at hand; the stand-in is the model at hand of which azimuthal terms (q ≠ 0) hold the most
-//! energy among the fabrics, as the table of figure 5.7 shows. `--brdf` takes another.
+//! CUReT's velvet is not at hand; the stand-in is the model at hand of which azimuthal terms (q ≠ 0) hold the
+//! most energy among the fabrics, as the table of figure 5.7 shows. `--brdf` takes another.
 
 use super::picture::{Ball, Show, baked, certified, reference};
 use super::{Options, light, percent, save, say};

@@ -40,8 +40,8 @@ fn turned(top: &Fitted, phi: f64) -> Fitted {
     Fitted { lobes: top.lobes.iter().map(lobe).collect(), ..*top }
 }
 
-/// One azimuth: its slices by elevation, from the second on, what searches found at each, and the choice. [`Grid::align`] puts the lobes
-/// of all choices into one order.
+/// One azimuth: its slices by elevation, from the second on, what searches found at each, and the choice.
+/// [`Grid::align`] puts the lobes of all choices into one order.
 #[derive(Clone)]
 struct Column {
     slices: Arc<Vec<Slice>>,
@@ -71,13 +71,14 @@ struct Grid<'a> {
     size: [usize; 2],
     /// After how many azimuths slices are the same again: M, or half of it.
     half: usize,
-    /// The slices between each elevation and the next, and between each azimuth and the next, made when they are needed.
+    /// The slices between each elevation and the next, and between each azimuth and the next, made when they
+    /// are needed.
     midway: [Vec<OnceLock<Slice>>; 2],
 }
 
 impl Grid<'_> {
-    /// The azimuth at a place of the grid, or between them: half a step beside planes that anisotropic reflectance is often symmetric
-    /// about, in which searches end on saddles.
+    /// The azimuth at a place of the grid, or between them: half a step beside planes that anisotropic
+    /// reflectance is often symmetric about, in which searches end on saddles.
     fn phi(&self, j: f64) -> f64 {
         2.0 * PI * (j + 0.5) / self.size[1] as f64
     }
@@ -103,8 +104,9 @@ impl Grid<'_> {
         Ok(Column { slices: Arc::new(slices), found, chosen: Vec::new() })
     }
 
-    /// The fit of the view along the normal, which all azimuths share: of the mean of what the next elevation has, what a search from there
-    /// finds and what searches find by themselves, the one that goes best with that elevation.
+    /// The fit of the view along the normal, which all azimuths share: of the mean of what the next elevation
+    /// has, what a search from there finds and what searches find by themselves, the one that goes best with
+    /// that elevation.
     fn top(&self, columns: &[Column]) -> (Slice, Fitted) {
         let slice = Slice::new(self.brdf, self.diffuse, [0.0; 2], self.kind);
         let next: Vec<Fitted> =
@@ -180,7 +182,8 @@ impl Grid<'_> {
         beside.iter().any(|b| (0..column.chosen.len()).any(|i| one(b, i)))
     }
 
-    /// Chooses among what was found, and what searches from the neighbours find, so that little jumps towards them.
+    /// Chooses among what was found, and what searches from the neighbours find, so that little jumps towards
+    /// them.
     fn choose(&self, column: &mut Column, j: usize, beside: &[Beside<'_>]) -> Vec<Fitted> {
         let views = self.size[0] - 1;
         let rows = |count: usize| (0..count).into_par_iter().with_max_len(1);
@@ -205,8 +208,9 @@ impl Grid<'_> {
         path.iter().zip(&column.found).map(|(k, found)| found[*k].clone()).collect()
     }
 
-    /// Puts the lobes of all views into one order, so that what is interpolated is the same lobe. Around some views lobes exchange their
-    /// places; there no order serves all neighbours, and those are left out that differ most, as at grazing views.
+    /// Puts the lobes of all views into one order, so that what is interpolated is the same lobe. Around some
+    /// views lobes exchange their places; there no order serves all neighbours, and those are left out that
+    /// differ most, as at grazing views.
     fn align(&self, columns: &mut [Column]) {
         let (rows, count) = (self.size[0] - 1, columns.len());
         let of = |i: usize, j: usize| &columns[j].chosen[i].lobes;
@@ -314,7 +318,8 @@ mod tests {
         Plan { lobes, views, azimuths, ..Plan::default() }
     }
 
-    /// Lobes beside the plane of incidence, swept along directions of their own, come back, and so does what lies between the views.
+    /// Lobes beside the plane of incidence, swept along directions of their own, come back, and so does what
+    /// lies between the views.
     #[test]
     fn lobes_that_are_there_are_found() {
         let known = |theta: f64, phi: f64| {
@@ -350,7 +355,8 @@ mod tests {
         }
     }
 
-    /// Errors of brushed metals; the albedo of every view is kept by another quadrature; midway between views they are hardly worse.
+    /// Errors of brushed metals; the albedo of every view is kept by another quadrature; midway between views
+    /// they are hardly worse.
     #[test]
     fn brushed_metals() {
         for spec in ["ggx:ax=0.1,ay=0.4,f0=0.9/0.6/0.3", "ward:ax=0.05,ay=0.3"] {

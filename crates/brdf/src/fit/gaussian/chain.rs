@@ -15,11 +15,12 @@ const SOME: usize = 8;
 /// What a jump between elevations of stretched lobes costs, beside its error.
 pub(super) const JUMP: f64 = 4.0;
 
-/// Of the possible diffuse parts the one with which the lobes of some views err least, in the geometric mean: grazing views err
-/// much more than others, whatever the diffuse part is. Round lobes by the error relative to the whole; stretched ones by
-/// that and by the error relative to what they stand for, since where a somewhat smaller diffuse part costs the whole next to
-/// nothing, they have a shape to fit instead of a remainder. None is more than what any of these views sends back: where the
-/// albedo is kept, nothing would be left of it for the highlight.
+/// Of the possible diffuse parts the one with which the lobes of some views err least, in the geometric mean:
+/// grazing views err much more than others, whatever the diffuse part is. Round lobes by the error relative
+/// to the whole; stretched ones by that and by the error relative to what they stand for, since where a
+/// somewhat smaller diffuse part costs the whole next to nothing, they have a shape to fit instead of a
+/// remainder. None is more than what any of these views sends back: where the albedo is kept, nothing would
+/// be left of it for the highlight.
 pub(super) fn diffuse(brdf: &dyn Brdf, kind: Kind) -> [f64; 3] {
     let views = [10.0f64, 35.0, 60.0, 75.0, 85.0].map(f64::to_radians);
     // An azimuth between those that anisotropic reflectance is often symmetric about.
@@ -107,8 +108,8 @@ pub(super) fn distinct(all: &mut Vec<Fitted>) {
     *all = kept;
 }
 
-/// Adds, where what is interpolated errs much more than what it lies between, the minima that searches from the neighbour on
-/// the path find. Is there any?
+/// Adds, where what is interpolated errs much more than what it lies between, the minima that searches from
+/// the neighbour on the path find. Is there any?
 pub(super) fn mend(
     slices: &[Slice],
     found: &mut [Vec<Fitted>],
@@ -135,8 +136,8 @@ pub(super) fn least(all: Vec<Fitted>) -> Option<Fitted> {
     all.into_iter().reduce(|a, b| if b.error < 0.9999 * a.error { b } else { a })
 }
 
-/// The relative errors of what is interpolated midway between the candidates of each slice and those of the slice before: by slice, its
-/// candidates, and those before. `between` are the slices midway.
+/// The relative errors of what is interpolated midway between the candidates of each slice and those of the
+/// slice before: by slice, its candidates, and those before. `between` are the slices midway.
 pub(super) fn midways<S: Borrow<Slice> + Sync>(found: &[Vec<Fitted>], between: &[S]) -> Vec<Vec<Vec<f64>>> {
     let of = |i: usize| {
         let to = |f: &Fitted| found[i].iter().map(|b| midway(between[i].borrow(), b, f)).collect();
@@ -145,9 +146,9 @@ pub(super) fn midways<S: Borrow<Slice> + Sync>(found: &[Vec<Fitted>], between: &
     (0..between.len()).into_par_iter().with_max_len(1).map(of).collect()
 }
 
-/// One candidate of every slice, so that the sum of the relative errors (norms) at the slices and midway between them is least
-/// (Viterbi 1967), with jumps counted at `jump` times what they exceed: their places in `found`. `middles` are [`midways`]; `more` is what
-/// a candidate of a slice costs beside that.
+/// One candidate of every slice, so that the sum of the relative errors (norms) at the slices and midway
+/// between them is least (Viterbi 1967), with jumps counted at `jump` times what they exceed: their places in
+/// `found`. `middles` are [`midways`]; `more` is what a candidate of a slice costs beside that.
 pub(super) fn smoothest(
     slices: &[Slice],
     found: &[Vec<Fitted>],

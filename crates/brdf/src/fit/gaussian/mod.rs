@@ -1,35 +1,40 @@
 //! Reflectance as a few Gaussians about the mirror direction.
 //!
-//! Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for Environment Map Rendering*, eqs 3
-//! and 8. With the diffuse part split off first, T_θo(δ) = (f − ρ_d/π) n·wi as a function of the place δ relative to the
-//! mirror direction r, and at each of N elevations of the view
+//! Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for Environment Map
+//! Rendering*, eqs 3 and 8. With the diffuse part split off first, T_θo(δ) = (f − ρ_d/π) n·wi as a function
+//! of the place δ relative to the mirror direction r, and at each of N elevations of the view
 //!
 //! **T_θo(δ) ≈ Σ_k w_k G_σk(μ_k − δ)**
 //!
-//! G_σ(m, d) = λ/(2π (1 − e^(−2λ))) exp(λ (m·d − 1)), λ = 1/σ²: the spherical Gaussian of integral 1. By the symmetry of
-//! isotropic reflectance the means lie in the plane of n and wo, so that a mean is one angle from r, positive away from n. A
-//! round lobe has five numbers.
+//! G_σ(m, d) = λ/(2π (1 − e^(−2λ))) exp(λ (m·d − 1)), λ = 1/σ²: the spherical Gaussian of integral 1. By the
+//! symmetry of isotropic reflectance the means lie in the plane of n and wo, so that a mean is one angle from
+//! r, positive away from n. A round lobe has five numbers.
 //!
-//! Beyond the paper a lobe may be stretched ([`Shape::Stretched`]): seen at a grazing angle, highlights are many times as long as they
-//! are wide. It is then G_σ swept along the plane of n and wo with Von Mises's density of the angle, which has a closed form and
-//! integral 1 (`swept`); its sixth number is the width of that density. 15 elevations of three lobes are 552 bytes in half
-//! precision, with the diffuse part in single.
+//! Beyond the paper a lobe may be stretched ([`Shape::Stretched`]): seen at a grazing angle, highlights are
+//! many times as long as they are wide. It is then G_σ swept along the plane of n and wo with Von Mises's
+//! density of the angle, which has a closed form and integral 1 (`swept`); its sixth number is the width of
+//! that density. 15 elevations of three lobes are 552 bytes in half precision, with the diffuse part in
+//! single.
 //!
-//! Anisotropic reflectance also depends on the azimuth of the view, and its lobes lie beside the plane of n and wo: a lobe has two angles
-//! of its mean, and a third that says along which direction it is swept. M azimuths are equally spaced, 2π(j + ½)/M; between views the logarithm of the 2 × 2 covariance, which has widths and direction, is linear (Arsigny, Fillard, Pennec & Ayache 2006).
-//! Seen along the normal, one fit serves all azimuths, turned.
+//! Anisotropic reflectance also depends on the azimuth of the view, and its lobes lie beside the plane of n
+//! and wo: a lobe has two angles of its mean, and a third that says along which direction it is swept. M
+//! azimuths are equally spaced, 2π(j + ½)/M; between views the logarithm of the 2 × 2 covariance, which has
+//! widths and direction, is linear (Arsigny, Fillard, Pennec & Ayache 2006). Seen along the normal, one fit
+//! serves all azimuths, turned.
 //!
-//! The N elevations are equally spaced from 0 to [`LAST`], since at π/2 nothing is seen. In between (in θ_o) the logarithm
-//! of the two widths, the angle of the mean and the weights are linear; beyond the last elevation they stay. T is 0 below the horizon, and
-//! the whole sphere counts: light that a lobe gathers from below is a part of its error, told as [`SliceReport::leak`].
+//! The N elevations are equally spaced from 0 to [`LAST`], since at π/2 nothing is seen. In between (in θ_o)
+//! the logarithm of the two widths, the angle of the mean and the weights are linear; beyond the last
+//! elevation they stay. T is 0 below the horizon, and the whole sphere counts: light that a lobe gathers from
+//! below is a part of its error, told as [`SliceReport::leak`].
 //!
 //! [`Objective::Published`] is eq. 8: least squares of the solid angle at every elevation alone, with bounds.
-//! [`Objective::Energy`] also keeps each channel's albedo, Σ_k w_k = ∫ T, so that a white furnace stays white, and of the
-//! minima that searches find at each elevation takes those whose errors are least in sum over the elevations and midway
-//! between them, where parameters are interpolated.
+//! [`Objective::Energy`] also keeps each channel's albedo, Σ_k w_k = ∫ T, so that a white furnace stays
+//! white, and of the minima that searches find at each elevation takes those whose errors are least in sum
+//! over the elevations and midway between them, where parameters are interpolated.
 //!
-//! Only means and widths are searched for: for given ones the weights are the solution of a least-squares problem with
-//! bounds, found exactly (variable projection: Golub & Pereyra 1973; Kaufman 1975 for the derivatives).
+//! Only means and widths are searched for: for given ones the weights are the solution of a least-squares
+//! problem with bounds, found exactly (variable projection: Golub & Pereyra 1973; Kaufman 1975 for the
+//! derivatives).
 
 mod azimuths;
 mod chain;
@@ -104,7 +109,8 @@ impl Default for Plan {
 pub struct GaussianLobe {
     /// Angle of the mean from the mirror direction, in the plane of n and wo, positive away from n; radians.
     pub angle: f64,
-    /// Angle of the mean out of that plane, positive towards n × wo; radians. 0 where reflectance is isotropic.
+    /// Angle of the mean out of that plane, positive towards n × wo; radians. 0 where reflectance is
+    /// isotropic.
     pub aside: f64,
     /// σ, radians: the width across the sweep.
     pub sigma: f64,
@@ -159,7 +165,8 @@ impl GaussianLobe {
         self.turn = 0.5 * mixed.atan2(off);
     }
 
-    /// Mean, direction of the sweep, and direction across, for the view at polar angle `theta` in the plane of x and z (wo at positive x).
+    /// Mean, direction of the sweep, and direction across, for the view at polar angle `theta` in the plane
+    /// of x and z (wo at positive x).
     pub(crate) fn axes(&self, theta: f64) -> Axes {
         Axes::new(theta + self.angle, self.aside, self.turn)
     }
@@ -187,8 +194,8 @@ pub struct SliceReport {
     pub energy: f64,
     /// The same integral relative to that of the whole f·cos, squared.
     pub of_whole: f64,
-    /// The norm of the difference of ln(1 + f·cos), relative to that of ln(1 + f·cos) (the error of Löw, Kronander, Ynnerman & Unger
-    /// 2012): it counts what is dim beside the highlight.
+    /// The norm of the difference of ln(1 + f·cos), relative to that of ln(1 + f·cos) (the error of Löw,
+    /// Kronander, Ynnerman & Unger 2012): it counts what is dim beside the highlight.
     pub log: f64,
     /// The same of the cube root of f·cos (Fores, Ferwerda & Gu 2012).
     pub cube_root: f64,
@@ -217,7 +224,8 @@ pub const MAX_VIEWS: usize = 30;
 pub struct GaussianFit {
     /// ρ_d, the albedo of the diffuse part per channel.
     pub diffuse: [f64; 3],
-    /// The lobes of every view, as many at each, in an order that is kept from one to the next: by elevation, and at each by azimuth.
+    /// The lobes of every view, as many at each, in an order that is kept from one to the next: by elevation,
+    /// and at each by azimuth.
     pub views: Vec<Vec<GaussianLobe>>,
     /// M, 1 where reflectance is isotropic.
     pub azimuths: usize,
@@ -263,8 +271,8 @@ impl GaussianFit {
         Ok(Self { report, ..Self::isotropic(diffuse, fits.into_iter().map(|f| f.lobes).collect()) })
     }
 
-    /// The fit of fewest bytes whose [`GaussianFit::worst`] is at most `tolerance`, K and N chosen of 1 … 4 and 4 … 30, with that error;
-    /// where none is, the one of least error. `plan` says the rest.
+    /// The fit of fewest bytes whose [`GaussianFit::worst`] is at most `tolerance`, K and N chosen of 1 … 4
+    /// and 4 … 30, with that error; where none is, the one of least error. `plan` says the rest.
     pub fn within(
         brdf: &dyn Brdf,
         plan: Plan,
@@ -288,7 +296,8 @@ impl GaussianFit {
         best.ok_or(Cancelled)
     }
 
-    /// The largest norm of the error relative to that of the whole f·cos, over the views of the fit and midway between them.
+    /// The largest norm of the error relative to that of the whole f·cos, over the views of the fit and
+    /// midway between them.
     pub fn worst(&self, brdf: &dyn Brdf) -> f64 {
         let azimuths =
             if self.is_isotropic() { vec![0.0] } else { (0..self.azimuths).map(|j| self.phi(j)).collect() };
@@ -324,7 +333,8 @@ impl GaussianFit {
         self.azimuths == 1
     }
 
-    /// The lobes for a view at polar angle `theta` and azimuth `phi`, which isotropic fits ignore; those beyond the last have no weight.
+    /// The lobes for a view at polar angle `theta` and azimuth `phi`, which isotropic fits ignore; those
+    /// beyond the last have no weight.
     pub fn at(&self, [theta, phi]: [f64; 2]) -> [GaussianLobe; MAX_LOBES] {
         let last = self.elevations() - 1;
         let x = (theta / LAST).clamp(0.0, 1.0) * last as f64;
@@ -358,8 +368,8 @@ impl GaussianFit {
         sum
     }
 
-    /// The error of the fit against `brdf` at a view, polar angle and azimuth, between those of the fit: what [`SliceReport::energy`] is
-    /// at those.
+    /// The error of the fit against `brdf` at a view, polar angle and azimuth, between those of the fit: what
+    /// [`SliceReport::energy`] is at those.
     pub fn error_at(&self, brdf: &dyn Brdf, view: [f64; 2]) -> SliceReport {
         let stretched = self.views.iter().flatten().any(|l| l.sweep > 0.0);
         let kind = Kind { lobes: self.lobes(), keep: true, stretched, turned: !self.is_isotropic() };

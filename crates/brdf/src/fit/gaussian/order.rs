@@ -3,8 +3,8 @@
 use super::GaussianLobe;
 use super::refine::Fitted;
 
-/// Sorts the lobes of the first elevation by width, and puts those of every other into the order in which they are least
-/// different from those before.
+/// Sorts the lobes of the first elevation by width, and puts those of every other into the order in which
+/// they are least different from those before.
 pub(super) fn align(fits: &mut [Fitted]) {
     if let Some(first) = fits.first_mut() {
         first.lobes.sort_by(|a, b| a.sigma.total_cmp(&b.sigma));

@@ -1,4 +1,5 @@
-//! Points where anisotropic reflectance is: cells of a cube about the mirror direction, divided where it needs them.
+//! Points where anisotropic reflectance is: cells of a cube about the mirror direction, divided where it
+//! needs them.
 
 use crate::math::{around, mirror};
 use crate::{Brdf, Lobe};
@@ -63,8 +64,8 @@ impl Cell {
     }
 }
 
-/// Directions of the frame in which `wo` has no y, with the roots of their solid angles: enough of them for ∫ T² and ∫ T, T the
-/// reflectance's f·cos less that of a diffuse part.
+/// Directions of the frame in which `wo` has no y, with the roots of their solid angles: enough of them for ∫
+/// T² and ∫ T, T the reflectance's f·cos less that of a diffuse part.
 pub(super) fn rule(brdf: &dyn Brdf, diffuse: [f64; 3], wo: DVec3, lobes: &[Lobe]) -> (Vec<DVec3>, Vec<f64>) {
     // The middle of a face is the mirror direction, where four cells meet.
     let w = mirror(wo);
@@ -130,7 +131,8 @@ mod tests {
     use crate::math::spherical;
     use crate::{albedo, parse};
 
-    /// ∫ f·cos by the rule against the albedo by another quadrature, for narrow streaks too; and the sphere's area.
+    /// ∫ f·cos by the rule against the albedo by another quadrature, for narrow streaks too; and the sphere's
+    /// area.
     #[test]
     fn albedos_of_anisotropic_reflectance() {
         for spec in [

@@ -1,4 +1,5 @@
-//! Means and widths of one elevation: Levenberg and Marquardt on the error that is left when the weights are the best ones.
+//! Means and widths of one elevation: Levenberg and Marquardt on the error that is left when the weights are
+//! the best ones.
 
 use super::slice::Slice;
 use super::weights::{self, Weights};
@@ -26,7 +27,8 @@ const ENOUGH: [f64; 2] = [1e-5, 1e-4];
 
 /// s at most.
 const FURTHEST: f64 = 1.0;
-/// Polar angle of a mean, away from wo, ln σ and ln s; where lobes are turned also its angle out of the plane, and that of the sweep.
+/// Polar angle of a mean, away from wo, ln σ and ln s; where lobes are turned also its angle out of the
+/// plane, and that of the sweep.
 type Place = [f64; 5];
 /// Which of them are angles of the mean.
 const ANGLES: [usize; 2] = [0, 3];
@@ -38,7 +40,8 @@ pub(super) struct Kind {
     /// Is the albedo kept?
     pub keep: bool,
     pub stretched: bool,
-    /// Is reflectance anisotropic, so that means lie beside the plane and sweeps have directions of their own?
+    /// Is reflectance anisotropic, so that means lie beside the plane and sweeps have directions of their
+    /// own?
     pub turned: bool,
 }
 
@@ -47,8 +50,8 @@ struct State {
     places: Vec<Place>,
     weights: [Weights; 3],
     error: f64,
-    /// ΦᵀΦ of the lobes and their derivatives: with F free numbers of a place, lobe k has rows (1 + F)k (value), then by the
-    /// place's.
+    /// ΦᵀΦ of the lobes and their derivatives: with F free numbers of a place, lobe k has rows (1 + F)k
+    /// (value), then by the place's.
     gram: Vec<Vec<f64>>,
     /// Φᵀ T per channel.
     onto: [Vec<f64>; 3],
@@ -97,8 +100,8 @@ impl Kernel for Products<'_> {
 struct Search<'a> {
     slice: &'a Slice,
     kind: Kind,
-    /// Free numbers of a place: 2, 3 where lobes are stretched, 5 where they are turned. Seen along the normal those of isotropic
-    /// reflectance are round.
+    /// Free numbers of a place: 2, 3 where lobes are stretched, 5 where they are turned. Seen along the
+    /// normal those of isotropic reflectance are round.
     free: usize,
     columns: Vec<Vec<f64>>,
 }
@@ -162,8 +165,8 @@ impl<'a> Search<'a> {
         State { places, weights, error: error.max(0.0), gram, onto }
     }
 
-    /// Half the gradient of the error by the places, and half of Gauss and Newton's matrix: the derivatives of the
-    /// Gaussians less what of them new weights make up for (Kaufman 1975).
+    /// Half the gradient of the error by the places, and half of Gauss and Newton's matrix: the derivatives
+    /// of the Gaussians less what of them new weights make up for (Kaufman 1975).
     fn normal(&self, state: &State) -> (Vec<f64>, Vec<Vec<f64>>) {
         let (k, free, rows) = (state.places.len(), self.free, 1 + self.free);
         let n = free * k;
@@ -284,8 +287,8 @@ fn step(gradient: &[f64], matrix: &[Vec<f64>], damping: f64, largest: f64) -> Op
     Some(factor.solve(gradient.iter().map(|g| -g).collect()))
 }
 
-/// Searches that start from the moments of the slice: widths in two ladders, and a row of lobes along the plane; the first
-/// `starts` of them, `steps` long at most.
+/// Searches that start from the moments of the slice: widths in two ladders, and a row of lobes along the
+/// plane; the first `starts` of them, `steps` long at most.
 pub(super) fn search(slice: &Slice, kind: Kind, starts: usize, steps: usize) -> Vec<Fitted> {
     let mut search = Search::new(slice, kind);
     if kind.turned {

@@ -16,8 +16,8 @@ const GAUSS: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
 
-/// Bounds of the panels over the azimuth about r, from away from n (the plane's upper half) … to below: the grazing
-/// highlight is narrow across the plane.
+/// Bounds of the panels over the azimuth about r, from away from n (the plane's upper half) … to below: the
+/// grazing highlight is narrow across the plane.
 const AZIMUTHS: [f64; 6] = [0.0, 0.06, 0.2, 0.6, 1.5, PI];
 /// Nothing is resolved more finely, radians.
 const FINEST: f64 = 2e-4;
@@ -31,7 +31,8 @@ pub(super) struct Slice {
     diffuse: [f64; 3],
     /// The points: x and z in the plane of n and wo (wo at positive x), y across.
     pub d: Vec<DVec3>,
-    /// Roots of the solid angles; of isotropic reflectance points lie in one half of the sphere and count twice.
+    /// Roots of the solid angles; of isotropic reflectance points lie in one half of the sphere and count
+    /// twice.
     pub root: Vec<f64>,
     /// (f − ρ_d/π) n·wi per channel, times the root.
     pub t: [Vec<f64>; 3],
@@ -43,8 +44,9 @@ pub(super) struct Slice {
     pub narrow: f64,
 }
 
-/// Possible albedos of the diffuse part, ascending: π times f at low percentiles, with both directions within 60° of the normal,
-/// and where lobes are stretched shares of the lowest. 0 where f is defined over the whole sphere.
+/// Possible albedos of the diffuse part, ascending: π times f at low percentiles, with both directions within
+/// 60° of the normal, and where lobes are stretched shares of the lowest. 0 where f is defined over the whole
+/// sphere.
 pub(super) fn diffuse(brdf: &dyn Brdf, stretched: bool) -> Vec<[f64; 3]> {
     if brdf.domain() == Domain::Sphere {
         return vec![[0.0; 3]];
@@ -113,7 +115,8 @@ impl Slice {
             return Self::of(brdf, diffuse, view, rule, narrow);
         }
         let mut slice = Self::resolved(brdf, diffuse, view, narrow);
-        // What reflectances say of their widths is that of other views: highlights may be thinner at grazing ones.
+        // What reflectances say of their widths is that of other views: highlights may be thinner at grazing
+        // ones.
         for _ in 0..if kind.stretched { 4 } else { 0 } {
             let thin = slice.moments().core * view[0].cos().max(0.02).sqrt();
             if thin > 0.5 * narrow || narrow <= FINEST {
@@ -292,14 +295,15 @@ impl Slice {
         if self.square[0] > 0.0 { (square / self.square[0]).sqrt() } else { 0.0 }
     }
 
-    /// The lobe at the angles of [`Axes::new`], and its derivatives as far as `out` has places, each times the roots of the solid angles.
+    /// The lobe at the angles of [`Axes::new`], and its derivatives as far as `out` has places, each times
+    /// the roots of the solid angles.
     pub fn gaussian(&self, [gamma, aside, turn]: [f64; 3], sigma: f64, sweep: f64, out: &mut [Vec<f64>]) {
         let lobe = Swept::new(Axes::new(gamma, aside, turn), sigma, sweep);
         lobe.columns(&Axes::motions(gamma, aside, turn), &self.d, &self.root, out);
     }
 
-    /// Lobes to start from where they may lie anywhere: widths in two ladders, from the core's to those of all light, and a row along
-    /// the core.
+    /// Lobes to start from where they may lie anywhere: widths in two ladders, from the core's to those of
+    /// all light, and a row along the core.
     pub fn turned_starts(&self, lobes: usize) -> Vec<Vec<GaussianLobe>> {
         // T² of a Gaussian is half as wide, squared.
         let core = self.gathered(self.theta, &|t, root| t * t / root.max(1e-12), 2.0);
@@ -336,7 +340,8 @@ impl Slice {
         vec![ladder(0.7, b), ladder(0.5, wide), (0..lobes).map(row).collect()]
     }
 
-    /// The lobe of the mean and the covariance of light, each point counted as `mass` of T and the root of the solid angle says.
+    /// The lobe of the mean and the covariance of light, each point counted as `mass` of T and the root of
+    /// the solid angle says.
     fn gathered(&self, theta: f64, mass: &dyn Fn(f64, f64) -> f64, times: f64) -> GaussianLobe {
         let mass = |i: usize| {
             let t = self.t.iter().map(|t| t[i].max(0.0)).sum::<f64>();

@@ -1,13 +1,14 @@
 //! A spherical Gaussian swept along a great circle through its mean: the stretched lobe.
 //!
-//! With m(t) the mean moved by t along the circle (that of n and wo where reflectance is isotropic) and Von Mises's density of concentration κ = 1/s² over t,
+//! With m(t) the mean moved by t along the circle (that of n and wo where reflectance is isotropic) and Von
+//! Mises's density of concentration κ = 1/s² over t,
 //!
 //! **G_σ,s(d) = ∫ e^(κ cos t)/(2π I₀(κ)) G_σ(m(t), d) dt = c(λ) e^(−λ) I₀(R)/I₀(κ)**,
 //! R² = κ² + λ² (1 − y²) + 2κλ m·d,
 //!
-//! with λ = 1/σ², c the factor of G_σ and y the component of d across the plane. Its integral is 1, as that of every Gaussian
-//! that it sweeps; s = 0 is the round one; narrow ones have the width σ across and √(σ² + s²) along. Filtered light is a
-//! sum of lookups at width σ along the circle.
+//! with λ = 1/σ², c the factor of G_σ and y the component of d across the plane. Its integral is 1, as that
+//! of every Gaussian that it sweeps; s = 0 is the round one; narrow ones have the width σ across and √(σ² +
+//! s²) along. Filtered light is a sum of lookups at width σ along the circle.
 
 use super::density;
 use glam::DVec3;
@@ -87,8 +88,8 @@ pub fn mean_cosine(sweep: f64) -> f64 {
     if sweep > 0.0 { 1.0 - lag((sweep * sweep).recip()) } else { 1.0 }
 }
 
-/// Where a lobe lies, in the frame in which wo has no y (and positive x): its mean, the direction along which it is swept, and the
-/// one across.
+/// Where a lobe lies, in the frame in which wo has no y (and positive x): its mean, the direction along which
+/// it is swept, and the one across.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Axes {
     /// m.
@@ -107,8 +108,8 @@ pub(crate) struct Motion {
 }
 
 impl Axes {
-    /// The mean at polar angle `gamma` beyond n, away from wo, in the plane of both, then `aside` out of the plane; `turn` is the angle from
-    /// that plane to the direction of the sweep.
+    /// The mean at polar angle `gamma` beyond n, away from wo, in the plane of both, then `aside` out of the
+    /// plane; `turn` is the angle from that plane to the direction of the sweep.
     pub fn new(gamma: f64, aside: f64, turn: f64) -> Self {
         let [_, up, side] = Self::tangents(gamma, aside);
         let (s, c) = turn.sin_cos();
@@ -193,7 +194,8 @@ impl Swept {
         (r, -short / (r + whole))
     }
 
-    /// What [`Self::slopes`] gives at each point, as far as `out` has places, times the roots of the solid angles.
+    /// What [`Self::slopes`] gives at each point, as far as `out` has places, times the roots of the solid
+    /// angles.
     pub fn columns(&self, motions: &[Motion; 3], d: &[DVec3], root: &[f64], out: &mut [Vec<f64>]) {
         out.iter_mut().for_each(|to| to.resize(d.len(), 0.0));
         let mut done = 0;
@@ -254,8 +256,8 @@ impl Swept {
 /// Points at a time.
 const LANES: usize = 8;
 
-/// The value and its derivatives of a lobe so narrow that R > 15 wherever the value counts, times roots of solid angles, for the
-/// points of whole groups of lanes.
+/// The value and its derivatives of a lobe so narrow that R > 15 wherever the value counts, times roots of
+/// solid angles, for the points of whole groups of lanes.
 struct Columns<'a> {
     lobe: Swept,
     motions: &'a [Motion; 3],

@@ -76,7 +76,8 @@ fn a_tolerance_chooses_lobes_and_views() {
     assert!(error > 1e-9 && nearest.bytes() >= bytes && error <= 0.15, "{error}");
 }
 
-/// What is dim counts in the logarithm and the cube root, and what a fit is without the diffuse part in neither.
+/// What is dim counts in the logarithm and the cube root, and what a fit is without the diffuse part in
+/// neither.
 #[test]
 fn errors_of_the_dim() {
     let known = fit("sgd:red-phenolic", Plan::default());
@@ -90,7 +91,8 @@ fn errors_of_the_dim() {
     }
 }
 
-/// The weights sum to the albedo by another quadrature: constant light is sent back exactly, at the views of the fit.
+/// The weights sum to the albedo by another quadrature: constant light is sent back exactly, at the views of
+/// the fit.
 #[test]
 fn the_albedo_is_kept() {
     for spec in
@@ -127,8 +129,9 @@ fn every_freedom_pays() {
     assert!(kept > errors[2] && kept < 4.0 * errors[2] + 0.01, "{kept} {errors:?}");
 }
 
-/// Midway between elevations the error is hardly more than at the worse of the two, but for a place or two where one arrangement
-/// of lobes gives way to another: there it is below 15 % (2 % of the energy) all the same.
+/// Midway between elevations the error is hardly more than at the worse of the two, but for a place or two
+/// where one arrangement of lobes gives way to another: there it is below 15 % (2 % of the energy) all the
+/// same.
 #[test]
 fn in_between_it_is_as_good() {
     for spec in ["ggx:alpha=0.2,f0=0.9", "sgd:gold-metallic-paint", "dielectric:alpha=0.15"] {
@@ -166,7 +169,8 @@ fn sharp_measured_materials() {
     }
 }
 
-/// Where measurements fall towards grazing, a diffuse part as bright as the middle would leave no albedo to the highlight.
+/// Where measurements fall towards grazing, a diffuse part as bright as the middle would leave no albedo to
+/// the highlight.
 #[test]
 fn highlights_outlive_the_diffuse_part() {
     let Some(path) = steradian_testkit::data("brdfs/merl_reduced/merl_nbrdf_f32le.bin") else { return };

@@ -56,7 +56,8 @@ impl ByCosine {
     }
 }
 
-/// arccos(x)/√(1 − x) within 2e-8 for 0 ≤ x ≤ 1: Abramowitz & Stegun 1964, Handbook of Mathematical Functions, 4.4.46.
+/// arccos(x)/√(1 − x) within 2e-8 for 0 ≤ x ≤ 1: Abramowitz & Stegun 1964, Handbook of Mathematical
+/// Functions, 4.4.46.
 #[inline]
 fn arc(x: f64) -> f64 {
     const A: [f64; 7] = [

@@ -1,14 +1,15 @@
-//! Radially symmetric lobes: f_cos(wi, wo) ≈ Σ_i A_i(θ_v) p_i(θ_v, o_i·wi) with axes o_i(θ_v) in the plane of n and wo.
+//! Radially symmetric lobes: f_cos(wi, wo) ≈ Σ_i A_i(θ_v) p_i(θ_v, o_i·wi) with axes o_i(θ_v) in the plane of
+//! n and wo.
 //!
-//! Kautz & McCool (2000), *Approximation of Glossy Reflection with Prefiltered Environment Maps*; Kautz 2004 (STAR),
-//! eqs 27–31. The profile of a view is the mean of f_cos over the azimuth about the axis, which is the best fit in the
-//! mean square, and the q = 0 part of Ramamoorthi & Hanrahan's (2002) expansion about that axis. The cosine is inside
-//! the mean (STAR's eq. 29 pulls it out as n·r): the energy of every view is exact, and a lobe that the horizon cuts
-//! loses what it cuts.
+//! Kautz & McCool (2000), *Approximation of Glossy Reflection with Prefiltered Environment Maps*; Kautz 2004
+//! (STAR), eqs 27–31. The profile of a view is the mean of f_cos over the azimuth about the axis, which is
+//! the best fit in the mean square, and the q = 0 part of Ramamoorthi & Hanrahan's (2002) expansion about
+//! that axis. The cosine is inside the mean (STAR's eq. 29 pulls it out as n·r): the energy of every view is
+//! exact, and a lobe that the horizon cuts loses what it cuts.
 //!
-//! [`RadialFit::new`] fits: with profiles of their own at every stacked view ([`Shape::Stack`], eq. 29), or with one
-//! profile times a factor ([`Shape::Scaled`], eq. 31: the weighted least squares of rank 1); several lobes by
-//! subtracting what is fitted and repeating, then refitting each against what the others leave.
+//! [`RadialFit::new`] fits: with profiles of their own at every stacked view ([`Shape::Stack`], eq. 29), or
+//! with one profile times a factor ([`Shape::Scaled`], eq. 31: the weighted least squares of rank 1); several
+//! lobes by subtracting what is fitted and repeating, then refitting each against what the others leave.
 
 mod by_cosine;
 mod profiles;
@@ -76,8 +77,8 @@ pub struct RadialFit {
     pub stride: usize,
     /// The lobes, the strongest first.
     pub lobes: Vec<RadialLobe>,
-    /// ∫ (f_cos − fit)² over wi and views (uniform in solid angle) relative to ∫ f_cos², by a sixth of the views, before
-    /// energies are made exact.
+    /// ∫ (f_cos − fit)² over wi and views (uniform in solid angle) relative to ∫ f_cos², by a sixth of the
+    /// views, before energies are made exact.
     pub residual: f64,
 }
 

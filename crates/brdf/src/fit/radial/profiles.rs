@@ -18,8 +18,8 @@ const SPLITS: usize = 60;
 /// n·wo of the last view.
 const GRAZING: f64 = 5e-4;
 
-/// Views from the normal to grazing, equally spaced in x = √(1 − √(n·wo)): in θ_v near the normal, and the denser the
-/// nearer to grazing, where the horizon cuts lobes.
+/// Views from the normal to grazing, equally spaced in x = √(1 − √(n·wo)): in θ_v near the normal, and the
+/// denser the nearer to grazing, where the horizon cuts lobes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Views {
     /// θ_v, ascending from 0; the last one is just above the horizon.

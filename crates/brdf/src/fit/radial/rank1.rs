@@ -5,8 +5,8 @@ use super::Rings;
 /// Steps of the power iteration.
 const STEPS: usize = 60;
 
-/// How profiles of these rows are measured: by their integral where all of them have one, else by their norm; never
-/// negative, 0 for none.
+/// How profiles of these rows are measured: by their integral where all of them have one, else by their norm;
+/// never negative, 0 for none.
 pub(super) fn size<'a>(rings: &'a Rings, rows: &[&[f64]]) -> impl Fn(&[f64]) -> f64 + 'a {
     let positive = |row: &&[f64]| {
         let absolute: Vec<f64> = row.iter().map(|v| v.abs()).collect();
@@ -21,7 +21,8 @@ pub(super) fn divided(row: &[f64], size: f64) -> Vec<f64> {
     row.iter().map(|v| if size != 0.0 { v / size } else { 0.0 }).collect()
 }
 
-/// Minimises Σ_k w_k ∫ (row_k − A_k p)² by power iteration: given A, p = Σ w A row/Σ w A²; given p, A = ⟨row, p⟩/⟨p, p⟩.
+/// Minimises Σ_k w_k ∫ (row_k − A_k p)² by power iteration: given A, p = Σ w A row/Σ w A²; given p, A = ⟨row,
+/// p⟩/⟨p, p⟩.
 pub(super) fn fit(rings: &Rings, rows: &[&[f64]], weights: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let len = rings.angles().len();
     // The strongest row is never orthogonal to the answer.

@@ -67,8 +67,8 @@ fn energies_are_exact() {
     }
 }
 
-/// More freedom leaves less: a stack less than one profile, a better axis less than the mirror direction, more lobes
-/// less than one.
+/// More freedom leaves less: a stack less than one profile, a better axis less than the mirror direction,
+/// more lobes less than one.
 #[test]
 fn more_freedom_leaves_less() {
     for spec in ["ggx:alpha=0.3,f0=1", "lafortune:@skin"] {
@@ -80,7 +80,8 @@ fn more_freedom_leaves_less() {
     }
 }
 
-/// The kernel becomes round as the lobe narrows: what is left goes to zero at the normal, and falls at any view.
+/// The kernel becomes round as the lobe narrows: what is left goes to zero at the normal, and falls at any
+/// view.
 #[test]
 fn nothing_is_left_of_phong_as_it_narrows() {
     let left: Vec<f64> =
@@ -97,7 +98,8 @@ fn two_phenomena_take_two_lobes() {
     assert!(two < 0.02 && two < 0.1 * one, "{one} {two}");
 }
 
-/// The profiles are the q = 0 part of RH02's expansion about the same axis, and what they leave is Σ over q ≠ 0.
+/// The profiles are the q = 0 part of RH02's expansion about the same axis, and what they leave is Σ over q
+/// ≠ 0.
 #[test]
 fn what_is_left_is_the_expansion_beyond_q_0() {
     use crate::central::{Centre, Slice, Slices};

@@ -12,8 +12,8 @@ pub(super) struct Array {
     pub values: Vec<f32>,
 }
 
-/// The arrays, in the order in which they are kept: φ_i, θ_i, σ, D, visible D, luminance, colours, and whether the
-/// colours are to be multiplied by D/(4σ).
+/// The arrays, in the order in which they are kept: φ_i, θ_i, σ, D, visible D, luminance, colours, and
+/// whether the colours are to be multiplied by D/(4σ).
 #[derive(Debug, Clone)]
 pub(super) struct Arrays(pub [Array; 8]);
 

@@ -1,15 +1,16 @@
 //! Materials measured by EPFL's Realistic Graphics Laboratory, isotropic and anisotropic, RGB and spectral.
 //!
-//! Dupuy & Jakob 2018, An Adaptive Parameterization for Efficient Material Acquisition and Rendering. With the view at
-//! (θ, φ), the half vector h and u_h = (√(2 θ_h/π), (φ_h + π)/2π) (isotropic: φ_h − φ), s the uniform numbers that the
-//! density of visible normals maps to u_h:
+//! Dupuy & Jakob 2018, An Adaptive Parameterization for Efficient Material Acquisition and Rendering. With
+//! the view at (θ, φ), the half vector h and u_h = (√(2 θ_h/π), (φ_h + π)/2π) (isotropic: φ_h − φ), s the
+//! uniform numbers that the density of visible normals maps to u_h:
 //!
 //! **f n·wi = M(s; φ, θ) D(u_h)/(4 σ(u_wo))**
 //!
-//! M the file's colours, D and σ its distribution of normals and their projected area. The files' incident direction is the
-//! view here, as it is in the authors' renderer: a sample draws light. Between the measured elevations and azimuths of the
-//! view, M and the densities are bilinear. Files with a symmetry (their azimuths span half or a quarter of the circle) are
-//! turned or mirrored into it. Spectra become linear Rec. 709 such that a flat one is grey; what lies outside is cut to 0.
+//! M the file's colours, D and σ its distribution of normals and their projected area. The files' incident
+//! direction is the view here, as it is in the authors' renderer: a sample draws light. Between the measured
+//! elevations and azimuths of the view, M and the densities are bilinear. Files with a symmetry (their
+//! azimuths span half or a quarter of the circle) are turned or mirrored into it. Spectra become linear Rec.
+//! 709 such that a flat one is grey; what lies outside is cut to 0.
 //!
 //! Sampling is the file's own: s by its luminance, h by its visible normals; one sample in ten by the cosine.
 
@@ -345,7 +346,8 @@ mod tests {
         assert!(parse_with(&brdf.spec(), Files::Held(&held[..held.len() - 1])).is_err());
         let arrays = Arrays::of_numbers(&held).expect("valid");
         for (phis, symmetry) in [(vec![-PI, -FRAC_PI_2, 0.0], 2), (vec![-PI, -2.0, -FRAC_PI_2], 4)] {
-            // The isotropic slices at three azimuths, the half vector's azimuth absolute: turned by the view's.
+            // The isotropic slices at three azimuths, the half vector's azimuth absolute: turned by the
+            // view's.
             let mut all = arrays.clone();
             all.0[0] = file::Array { shape: vec![3], values: phis.iter().map(|p| *p as f32).collect() };
             for k in 4..7 {

@@ -1,9 +1,10 @@
-//! Bilinear functions on the unit square, one for each pair of two parameters: values between nodes, and as densities the
-//! map to uniform numbers and back. Dupuy & Jakob 2018, sections 4.2 and 5.
+//! Bilinear functions on the unit square, one for each pair of two parameters: values between nodes, and as
+//! densities the map to uniform numbers and back. Dupuy & Jakob 2018, sections 4.2 and 5.
 
 use glam::DVec2;
 
-/// Functions at nodes over the unit square (corner to corner), for every pair of the values of two parameters.
+/// Functions at nodes over the unit square (corner to corner), for every pair of the values of two
+/// parameters.
 #[derive(Debug, Clone)]
 pub(super) struct Grids {
     /// Columns and rows.
@@ -111,8 +112,8 @@ impl Density {
         Some(Self { density: Grids::new(size, values), along: Grids::new(size, along), rows })
     }
 
-    /// Two cells for each node: the density, its integral along the row up to the node and that over the rows up to the row, and
-    /// what of the integrals half precision would not hold.
+    /// Two cells for each node: the density, its integral along the row up to the node and that over the rows
+    /// up to the row, and what of the integrals half precision would not hold.
     pub fn cells(&self) -> impl Iterator<Item = [f32; 3]> {
         let w = self.density.size[0];
         // Eleven bits, as a half has.

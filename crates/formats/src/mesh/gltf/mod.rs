@@ -1,5 +1,5 @@
-//! glTF 2.0 and GLB (Khronos, glTF 2.0 specification, 2021), read by ourselves: every index, offset and count is
-//! checked where it is used, and nothing outside the file's folder is opened.
+//! glTF 2.0 and GLB (Khronos, glTF 2.0 specification, 2021), read by ourselves: every index, offset and count
+//! is checked where it is used, and nothing outside the file's folder is opened.
 //!
 //! Node transforms are applied; a mesh that several nodes show comes several times. Extensions understood:
 //! KHR_mesh_quantization, KHR_texture_transform, KHR_materials_emissive_strength; other material and light

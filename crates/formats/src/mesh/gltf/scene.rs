@@ -39,8 +39,8 @@ pub fn parts(
     Ok(())
 }
 
-/// Announces the memory of everything that is shown, before any of it is decoded: a mesh is decoded once for each node
-/// that shows it, and `n` nodes that show one mesh of `n` primitives are `n²` parts.
+/// Announces the memory of everything that is shown, before any of it is decoded: a mesh is decoded once for
+/// each node that shows it, and `n` nodes that show one mesh of `n` primitives are `n²` parts.
 fn announce(root: &Root, placed: &[(usize, Affine)], source: &mut Source) -> Result<(), FormatError> {
     let cost = |p: &Primitive| {
         let vertices =
@@ -65,8 +65,8 @@ fn announce(root: &Root, placed: &[(usize, Affine)], source: &mut Source) -> Res
     source.spend(total, 1)
 }
 
-/// Gives the part its material; a default one is added where it has none and others have. `default` is its number once
-/// it is known.
+/// Gives the part its material; a default one is added where it has none and others have. `default` is its
+/// number once it is known.
 fn place(part: &mut Part, material: Option<usize>, default: &mut Option<usize>, data: &mut MeshData) {
     let slot = material.or(*default).unwrap_or_else(|| {
         let unnamed = data.materials.iter().position(|m| *m == MaterialData::default());
@@ -188,7 +188,8 @@ impl<'a> Loader<'a, '_> {
         found.map(Some).map_err(|why| format!("{name}: {why}"))
     }
 
-    /// An attribute of `n` vertices, empty where there is none; what is not finite becomes zero, that is missing.
+    /// An attribute of `n` vertices, empty where there is none; what is not finite becomes zero, that is
+    /// missing.
     fn optional<const N: usize>(&self, p: &Primitive, name: &str, n: usize) -> Result<Vec<[f32; N]>, String> {
         let mut values: Vec<[f32; N]> = self.attribute(p, name, n as u64)?.unwrap_or_default();
         if !values.is_empty() && values.len() != n {

@@ -1,8 +1,9 @@
-//! Wavefront OBJ (Wavefront Technologies, Advanced Visualizer Manual, appendix B1) with its material libraries.
+//! Wavefront OBJ (Wavefront Technologies, Advanced Visualizer Manual, appendix B1) with its material
+//! libraries.
 //!
-//! Read are `v` (with colours), `vt`, `vn`, `f` (negative indices too), `usemtl` and `mtllib`. Groups, objects
-//! and smoothing groups leave no trace: the whole file is one part with a material per triangle. Lines, points,
-//! curves and surfaces are left out.
+//! Read are `v` (with colours), `vt`, `vn`, `f` (negative indices too), `usemtl` and `mtllib`. Groups,
+//! objects and smoothing groups leave no trace: the whole file is one part with a material per triangle.
+//! Lines, points, curves and surfaces are left out.
 
 mod mtl;
 mod vertices;

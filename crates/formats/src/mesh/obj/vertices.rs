@@ -80,8 +80,8 @@ impl Vertices {
         Ok(corner)
     }
 
-    /// One vertex for every combination of indices that occurs. Where faces name positions only, these are the
-    /// vertices as they stand, used or not.
+    /// One vertex for every combination of indices that occurs. Where faces name positions only, these are
+    /// the vertices as they stand, used or not.
     pub fn unify(self, triangles: &[[Corner; 3]], part: &mut Part) {
         let corners = || triangles.iter().flatten();
         let with_uv = corners().any(|c| c.uv != ABSENT);

@@ -1,7 +1,7 @@
 //! PLY (Turk 1994, The PLY Polygon File Format): ASCII and binary of both byte orders.
 //!
-//! Read are the element `vertex` (x y z; nx ny nz; s t or u v; red green blue), and `face` (vertex_indices) or
-//! Stanford's `tristrips`; other elements and properties are skipped.
+//! Read are the element `vertex` (x y z; nx ny nz; s t or u v; red green blue), and `face` (vertex_indices)
+//! or Stanford's `tristrips`; other elements and properties are skipped.
 
 mod build;
 mod header;

@@ -136,7 +136,8 @@ fn turning_the_light_turns_the_map() {
     }
 }
 
-/// What a kernel far narrower than the texels sees is the texel there, to the filter as to the sum that judges it.
+/// What a kernel far narrower than the texels sees is the texel there, to the filter as to the sum that
+/// judges it.
 #[test]
 fn a_needle_sees_the_nearest_texel() {
     let lights = lights();
@@ -151,8 +152,8 @@ fn a_needle_sees_the_nearest_texel() {
     }
 }
 
-/// An image of more rows than the analysis takes keeps the cell of a sun of one texel: a sharp lobe beside it sees that cell, and not
-/// what is left of it in a smaller image.
+/// An image of more rows than the analysis takes keeps the cell of a sun of one texel: a sharp lobe beside it
+/// sees that cell, and not what is left of it in a smaller image.
 #[test]
 fn the_brightest_texels_of_large_images_keep_their_cells() {
     let (width, height) = (4160, 2080);

@@ -42,9 +42,10 @@ impl BrdfFacts {
 }
 
 impl Session {
-    /// What an input is that is told by its name and content: an environment (turned, scaled, and of a texture one level), a sky,
-    /// a mesh or shape, a saved bake or its tables, transfer, probes, the files of reflectance transformation imaging, pictures of
-    /// a bidirectional texture function, `brdf:SPEC`, or `brdf:` for the list of models.
+    /// What an input is that is told by its name and content: an environment (turned, scaled, and of a
+    /// texture one level), a sky, a mesh or shape, a saved bake or its tables, transfer, probes, the files of
+    /// reflectance transformation imaging, pictures of a bidirectional texture function, `brdf:SPEC`, or
+    /// `brdf:` for the list of models.
     pub fn inspect(&mut self, what: &str, adjust: &Adjust, level: usize) -> Result<Report, Error> {
         if let Some(spec) = what.strip_prefix("brdf:") {
             return Ok(if spec.is_empty() { brdf::list() } else { self.inspect_brdf(spec)?.report() });

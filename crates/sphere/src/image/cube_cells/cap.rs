@@ -14,13 +14,13 @@ pub(super) struct Cap<'a, 'b> {
     radii2: Vec<f64>,
     /// 1 − y of the rows' inner borders.
     depths: Vec<f64>,
-    /// F at the inner borders of the rows, of every column. In tiles, each column by column, because lines run in all
-    /// directions.
+    /// F at the inner borders of the rows, of every column. In tiles, each column by column, because lines
+    /// run in all directions.
     sums: Vec<[f64; 3]>,
     /// Tiles of a row of them.
     tiles: usize,
-    /// Per border of a (part of a) column at azimuth φ: where a line of z = t meets it, x/t = cot φ, and sin φ; where
-    /// one of x = t does, z/t = tan φ, and cos φ.
+    /// Per border of a (part of a) column at azimuth φ: where a line of z = t meets it, x/t = cot φ, and sin
+    /// φ; where one of x = t does, z/t = tan φ, and cos φ.
     meetings: [Vec<[f64; 2]>; 2],
 }
 
@@ -97,8 +97,8 @@ impl<'a, 'b> Cap<'a, 'b> {
         out
     }
 
-    /// Adds ∫ F dφ over a piece of azimuth `turn` with ∫ y dφ = `lift` in one cell: F is linear in y between the cell's
-    /// borders.
+    /// Adds ∫ F dφ over a piece of azimuth `turn` with ∫ y dφ = `lift` in one cell: F is linear in y between
+    /// the cell's borders.
     #[inline(always)]
     fn add(&self, (i, j): (usize, usize), turn: f64, lift: f64, to: &mut [f64; 3]) {
         let (inner, outer) = (self.sums[self.at(i, j)], self.sums[self.at(i, j + 1)]);

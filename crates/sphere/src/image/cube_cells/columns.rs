@@ -60,8 +60,8 @@ impl<'a, 'b> Columns<'a, 'b> {
         Self { job, from, width, rows, sums }
     }
 
-    /// Adds ∫ F dφ over azimuths `a` … `b` of column `x` for the sides at every height t. Cheapest where the last call
-    /// ended at `a`.
+    /// Adds ∫ F dφ over azimuths `a` … `b` of column `x` for the sides at every height t. Cheapest where the
+    /// last call ended at `a`.
     pub(super) fn sides(&self, x: usize, (a, b): (f64, f64), walk: &mut Walk, to: &mut [[f64; 3]]) {
         if walk.here.azimuth != a {
             self.look(a, &mut walk.here);

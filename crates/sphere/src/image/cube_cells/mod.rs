@@ -1,14 +1,16 @@
-//! Means of a lat-long image over the texels of a cube map: exact for radiance that is constant over each cell.
+//! Means of a lat-long image over the texels of a cube map: exact for radiance that is constant over each
+//! cell.
 //!
-//! In azimuth φ and height y = cos θ the solid angle is dφ dy, and the integral over any region is ∮ F dφ around it,
-//! where F(φ, y) = ∫ L dy from a fixed height down to y (Green). F is piecewise linear in y and constant in φ, so
-//! that along a side of a texel only two numbers count in each cell: Δφ and ∫ y dφ. Neighbours share their sides:
-//! what one texel gains another loses, and ∫ L dω is kept to rounding.
+//! In azimuth φ and height y = cos θ the solid angle is dφ dy, and the integral over any region is ∮ F dφ
+//! around it, where F(φ, y) = ∫ L dy from a fixed height down to y (Green). F is piecewise linear in y and
+//! constant in φ, so that along a side of a texel only two numbers count in each cell: Δφ and ∫ y dφ.
+//! Neighbours share their sides: what one texel gains another loses, and ∫ L dω is kept to rounding.
 //!
 //! Sides that run up and down the four upright faces are meridians (dφ = 0). The others are great circles
-//! y(a) = −t c/√(1 + t² c²), c = cos a, at azimuth a from the face's middle and height t on its plane; on the top face
-//! a side z = t passes x at ψ = atan(x/t), at height y = 1/√(1 + x² + t²). Pieces are at most [`STEP`] long: Simpson's
-//! rule is good to 1e-10 for the former, and a series for small angles to 1e-10 for the latter.
+//! y(a) = −t c/√(1 + t² c²), c = cos a, at azimuth a from the face's middle and height t on its plane; on the
+//! top face a side z = t passes x at ψ = atan(x/t), at height y = 1/√(1 + x² + t²). Pieces are at most
+//! [`STEP`] long: Simpson's rule is good to 1e-10 for the former, and a series for small angles to 1e-10 for
+//! the latter.
 
 mod cap;
 mod columns;

@@ -1,18 +1,21 @@
-//! Non-negative light: the smallest change per band after which a band-limited function is nowhere below zero, proved.
+//! Non-negative light: the smallest change per band after which a band-limited function is nowhere below
+//! zero, proved.
 //!
-//! Sloan 2008, Stupid Spherical Harmonics Tricks, and 2017, Deringing Spherical Harmonics, take one window of a fixed
-//! form, at most to band 2, and look for its width. Here every band has a factor of its own, to any order: of all
-//! factors 1 − δ_l that make f_δ = Σ (1 − δ_l) f_l non-negative by the proof below, those with the least
-//! ∫ (f_δ − f)² = Σ P_l δ_l², P_l = Σ_m f_lm². Constraints Σ δ_l f_l(x) ≤ f(x) are linear in as many numbers as there
-//! are bands, so this is a quadratic program; δ = 1 leaves the mean, so it has a solution where the mean is positive.
-//! Constraints join it where the last solution is lowest. Factors per band turn with the function.
+//! Sloan 2008, Stupid Spherical Harmonics Tricks, and 2017, Deringing Spherical Harmonics, take one window of
+//! a fixed form, at most to band 2, and look for its width. Here every band has a factor of its own, to any
+//! order: of all factors 1 − δ_l that make f_δ = Σ (1 − δ_l) f_l non-negative by the proof below, those with
+//! the least ∫ (f_δ − f)² = Σ P_l δ_l², P_l = Σ_m f_lm². Constraints Σ δ_l f_l(x) ≤ f(x) are linear in as
+//! many numbers as there are bands, so this is a quadratic program; δ = 1 leaves the mean, so it has a
+//! solution where the mean is positive. Constraints join it where the last solution is lowest. Factors per
+//! band turn with the function.
 //!
-//! How little any such factors can change is bounded from below by the same program without the proof's margin
-//! ([`Dering::least`]): duality needs only multipliers, no search that has ended.
+//! How little any such factors can change is bounded from below by the same program without the proof's
+//! margin ([`Dering::least`]): duality needs only multipliers, no search that has ended.
 //!
-//! The proof needs samples only ([`proof`]): f is the average of a sharper function by a non-negative kernel, and
-//! a quadrature with positive weights is exact for that average, so that f is nowhere below the sharper function's
-//! least sample. What the last solution still misses is made up for by moving all factors towards the mean.
+//! The proof needs samples only ([`proof`]): f is the average of a sharper function by a non-negative kernel,
+//! and a quadrature with positive weights is exact for that average, so that f is nowhere below the sharper
+//! function's least sample. What the last solution still misses is made up for by moving all factors towards
+//! the mean.
 
 mod program;
 mod proof;
@@ -47,10 +50,10 @@ pub struct Dering {
 }
 
 impl ShRgb {
-    /// Multiplies bands by the factors nearest to 1 (see the module) after which Σ k_l c_lm Y_lm is nowhere negative,
-    /// channel by channel: with k_l of the clamped cosine ([`super::zonal::cosine`]) the irradiance, with ones the
-    /// function itself. Bands where k_l is 0 get the mean of their neighbours' factors. A channel whose mean is not
-    /// positive stays.
+    /// Multiplies bands by the factors nearest to 1 (see the module) after which Σ k_l c_lm Y_lm is nowhere
+    /// negative, channel by channel: with k_l of the clamped cosine ([`super::zonal::cosine`]) the
+    /// irradiance, with ones the function itself. Bands where k_l is 0 get the mean of their neighbours'
+    /// factors. A channel whose mean is not positive stays.
     pub fn dering(&mut self, k: &[f64]) -> Dering {
         let f = Function::new(self, k);
         let found = f.search();
@@ -174,8 +177,8 @@ impl Function {
         Found { change: self.change(c, &factors), factors, least: 0.0, bound: repaired }
     }
 
-    /// What any factors change that make the function itself, not the sharper one, non-negative where constraints
-    /// are.
+    /// What any factors change that make the function itself, not the sharper one, non-negative where
+    /// constraints are.
     fn least(&self, c: usize, proof: &Proof, program: &Program) -> f64 {
         let order = self.polar.order;
         let row = |row: &Constraint| {

@@ -1,8 +1,8 @@
 //! The least-norm point of a polyhedron: min ½|y|² with a_i·y ≤ b_i.
 //!
-//! Goldfarb & Idnani 1983, A numerically stable dual method for solving strictly convex quadratic programs: the most
-//! violated constraint joins the active ones, others leave where their multipliers would turn negative. The active
-//! constraints' Gram matrix is kept as a Cholesky factor.
+//! Goldfarb & Idnani 1983, A numerically stable dual method for solving strictly convex quadratic programs:
+//! the most violated constraint joins the active ones, others leave where their multipliers would turn
+//! negative. The active constraints' Gram matrix is kept as a Cholesky factor.
 
 use std::mem::take;
 use steradian_simd::{Arch, Kernel, Vector};
@@ -82,8 +82,8 @@ impl Program {
         }
     }
 
-    /// Adds constraints; of those that did not matter last, all but the `keep` nearest to mattering are forgotten: they
-    /// come back if they do.
+    /// Adds constraints; of those that did not matter last, all but the `keep` nearest to mattering are
+    /// forgotten: they come back if they do.
     pub(super) fn add(&mut self, rows: Vec<Constraint>, keep: usize) {
         let mut before: Vec<_> = take(&mut self.rows).into_iter().map(Some).collect();
         self.rows = self.active.iter().filter_map(|i| before[*i].take()).collect();
@@ -114,8 +114,8 @@ impl Program {
         &self.rows
     }
 
-    /// No point that meets the constraints has a smaller norm: with multipliers λ ≥ 0 of any size, Aᵀλ·y ≤ λ·b for
-    /// all of them, so that |y| ≥ −λ·b/|Aᵀλ|.
+    /// No point that meets the constraints has a smaller norm: with multipliers λ ≥ 0 of any size, Aᵀλ·y ≤
+    /// λ·b for all of them, so that |y| ≥ −λ·b/|Aᵀλ|.
     pub(super) fn least(&self) -> f64 {
         let (mut sum, mut right) = (vec![0.0; self.y.len()], 0.0);
         for (i, m) in self.active.iter().zip(&self.multipliers) {

@@ -1,13 +1,14 @@
 //! Lower bounds of band-limited functions from samples.
 //!
-//! Let P(x·y) be a non-negative polynomial of degree D with ∫P = 1 and P_l its Legendre factors, and h the function
-//! with h_l = f_l/P_l. Then f = h ∗ P, and where a quadrature with positive weights is exact up to order + D,
-//! f(x) = Σ_j w_j h(x_j) P(x·x_j) with Σ_j w_j P(x·x_j) = 1: an average, so f ≥ min_j h(x_j) everywhere.
+//! Let P(x·y) be a non-negative polynomial of degree D with ∫P = 1 and P_l its Legendre factors, and h the
+//! function with h_l = f_l/P_l. Then f = h ∗ P, and where a quadrature with positive weights is exact up to
+//! order + D, f(x) = Σ_j w_j h(x_j) P(x·x_j) with Σ_j w_j P(x·x_j) = 1: an average, so f ≥ min_j h(x_j)
+//! everywhere.
 //!
-//! The less P smooths, the less h differs from f. Of the non-negative polynomials of degree 2n the one with the
-//! largest P_1 is the square of p_{n+1}(x)/(x − z), p_{n+1} Legendre's and z its largest zero, and P_1 = z: by the
-//! Gauss rule on the zeros ∫ x q² / ∫ q² is an average of them (Szegő 1939, Orthogonal Polynomials, 7.72). About
-//! 1 − P_l = l² (1.7/n)².
+//! The less P smooths, the less h differs from f. Of the non-negative polynomials of degree 2n the one with
+//! the largest P_1 is the square of p_{n+1}(x)/(x − z), p_{n+1} Legendre's and z its largest zero, and P_1 =
+//! z: by the Gauss rule on the zeros ∫ x q² / ∫ q² is an average of them (Szegő 1939, Orthogonal Polynomials,
+//! 7.72). About 1 − P_l = l² (1.7/n)².
 
 use crate::quadrature::gauss_legendre;
 use crate::sh::transform::{Grid, ShTransform};
@@ -97,8 +98,8 @@ impl Proof {
         DVec3::new(r * phi.cos(), y, r * phi.sin())
     }
 
-    /// Directions of negative samples that are lowest among their neighbours: the `count` lowest, and the lowest in
-    /// each of as many rings about an axis, as ringing about a sun has them.
+    /// Directions of negative samples that are lowest among their neighbours: the `count` lowest, and the
+    /// lowest in each of as many rings about an axis, as ringing about a sun has them.
     pub(super) fn lows(&self, samples: &[f64], axis: DVec3, count: usize) -> Vec<DVec3> {
         let (width, height) = (self.width, self.height);
         let mut lows = Vec::new();

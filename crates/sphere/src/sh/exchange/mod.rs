@@ -6,21 +6,21 @@
 //!
 //! > r_m Δ_mn = 2n Δ_{m+1,n} − r_{m+1} Δ_{m+2,n},   r_m = √((l−m)(l+m+1)).
 //!
-//! Columns n do not meet in it: a few registers of them descend together, with their sums in registers too. With
-//! Δ_mn = w_m p_mn, w_l = w_{l−1} = 1 and w_m = −w_{m+2} r_{m+1}/r_m it takes two operations,
+//! Columns n do not meet in it: a few registers of them descend together, with their sums in registers too.
+//! With Δ_mn = w_m p_mn, w_l = w_{l−1} = 1 and w_m = −w_{m+2} r_{m+1}/r_m it takes two operations,
 //!
 //! > p_mn = (2 w_{m+1}/(r_m w_m)) n p_{m+1,n} + p_{m+2,n},
 //!
-//! and w_m goes into the coefficients. p grows from far below f64 to where m² + n² ≤ l²: registers carry an exponent
-//! until what they hold is not negligible.
+//! and w_m goes into the coefficients. p grows from far below f64 to where m² + n² ≤ l²: registers carry an
+//! exponent until what they hold is not negligible.
 //!
 //! With σ_m = (−1)^⌈m/2⌉ for even l, (−1)^⌊m/2⌋ for odd l, and g_m = σ_m·(1 if m = 0, else √2), the matrix
 //! X_ij = ∫ Y_i(x, y, z) Y_j(x, z, y) is g_m Δ_mn g_n between the cosine (c) and sine (s) terms
 //!
 //! > l+m, l+n even: c_m ↔ c_n;   even, odd: s_m ↔ c_n;   odd, even: c_m ↔ s_n;   odd, odd: s_m ↔ s_n,
 //!
-//! and zero elsewhere (derived from the parities in x, y and z; checked against quadrature). So a column with l+n even
-//! reads only c_m, one with l+n odd only s_m, and rows with l+m even give c_n, others s_n.
+//! and zero elsewhere (derived from the parities in x, y and z; checked against quadrature). So a column with
+//! l+n even reads only c_m, one with l+n odd only s_m, and rows with l+m even give c_n, others s_n.
 
 mod columns;
 

@@ -39,8 +39,8 @@ impl WindowSpectrum {
     }
 }
 
-/// Polynomials in 2t − 1 of the weights of the W samples about a place t beyond the middle ones, highest power
-/// first, by Newton's interpolation at the nodes of Chebyshev; 0 for those beyond W.
+/// Polynomials in 2t − 1 of the weights of the W samples about a place t beyond the middle ones, highest
+/// power first, by Newton's interpolation at the nodes of Chebyshev; 0 for those beyond W.
 pub(super) fn polynomials<T: Real, const W: usize>() -> Vec<[T; WIDEST]> {
     // More coefficients gain nothing: the window's edge, where its slope is infinite, sets what is left.
     let n = if W < 8 { W + 2 } else { W + 1 };

@@ -13,7 +13,8 @@ pub(super) struct Meridians<T: Real> {
     height: usize,
     forward: Batch<T>,
     backward: Batch<T>,
-    /// Of frequency k ≥ 0, cos and sin: from the first texel's centre to the pole, and what undoes the window.
+    /// Of frequency k ≥ 0, cos and sin: from the first texel's centre to the pole, and what undoes the
+    /// window.
     factors: Vec<[T; 2]>,
 }
 

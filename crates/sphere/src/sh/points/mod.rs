@@ -1,11 +1,11 @@
 //! Synthesis at any points.
 //!
-//! The transform makes samples on a grid of twice the needed density, which a short window reads; what the window
-//! does to each frequency is undone beforehand, in φ by a factor for each m and in θ by one for each frequency of
-//! the meridian, continued over the poles to a whole circle (Potts, Steidl & Tasche 2001, "Fast Fourier transforms
-//! for nonequispaced data"). The window is exp(β(√(1 − z²) − 1)) (Barnett, Magland & af Klinteberg 2019, "A parallel
-//! nonuniform fast Fourier transform library based on an 'exponential of semicircle' kernel"): W samples an axis
-//! leave about 10^(1−W) of the function's range.
+//! The transform makes samples on a grid of twice the needed density, which a short window reads; what the
+//! window does to each frequency is undone beforehand, in φ by a factor for each m and in θ by one for each
+//! frequency of the meridian, continued over the poles to a whole circle (Potts, Steidl & Tasche 2001, "Fast
+//! Fourier transforms for nonequispaced data"). The window is exp(β(√(1 − z²) − 1)) (Barnett, Magland & af
+//! Klinteberg 2019, "A parallel nonuniform fast Fourier transform library based on an 'exponential of
+//! semicircle' kernel"): W samples an axis leave about 10^(1−W) of the function's range.
 
 mod bell;
 mod cube;

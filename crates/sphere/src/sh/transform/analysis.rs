@@ -9,12 +9,12 @@ use steradian_simd::{Arch, Kernel, Vector};
 /// Steps whose r_k is written before sums are made of them; even.
 const STEPS: usize = 8;
 
-/// Bytes of values of a chunk of rings, which stay in the first-level cache together with r_k of them; of twice as
-/// many rings where r_k is not written.
+/// Bytes of values of a chunk of rings, which stay in the first-level cache together with r_k of them; of
+/// twice as many rings where r_k is not written.
 const CHUNK: usize = 12 << 10;
 
-/// out[k] += Σ_rings r_k · (even or odd part), or = where it is the first part of the rings: to clear what is written
-/// first was a tenth of the time at band 63.
+/// out[k] += Σ_rings r_k · (even or odd part), or = where it is the first part of the rings: to clear what is
+/// written first was a tenth of the time at band 63.
 pub(super) struct Analysis<'a, T: Real> {
     pub(super) part: Part<'a>,
     pub(super) first: bool,

@@ -1,9 +1,10 @@
-//! Complex FFTs of many sequences at once, one in every lane of a register: no step moves numbers between lanes.
+//! Complex FFTs of many sequences at once, one in every lane of a register: no step moves numbers between
+//! lanes.
 //!
 //! Decimation in frequency leaves frequencies in the order of their digits reversed, and decimation in time
-//! begins with that: whoever reads or writes a spectrum looks up where a frequency stands, and nothing is ever
-//! put in order. A length with a prime factor above 7 is a convolution
-//! with a chirp, of two longer transforms (Bluestein 1970).
+//! begins with that: whoever reads or writes a spectrum looks up where a frequency stands, and nothing is
+//! ever put in order. A length with a prime factor above 7 is a convolution with a chirp, of two longer
+//! transforms (Bluestein 1970).
 
 use super::butterfly::{Pair, butterfly, times};
 use super::fourier::Lanes;
@@ -84,8 +85,8 @@ impl<T: Real> Batch<T> {
     }
 }
 
-/// A transform of any length n. With jk = (j² + k² − (k − j)²)/2 it is w_k Σ_j (x_j w_j) w̄_{k−j}, w_j = e^{−πi j²/n}: a
-/// convolution, which transforms of a length of 2n − 1 and more make.
+/// A transform of any length n. With jk = (j² + k² − (k − j)²)/2 it is w_k Σ_j (x_j w_j) w̄_{k−j}, w_j =
+/// e^{−πi j²/n}: a convolution, which transforms of a length of 2n − 1 and more make.
 struct Chirp<T: Real> {
     length: usize,
     batch: Batch<T>,

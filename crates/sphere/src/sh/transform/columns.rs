@@ -14,9 +14,9 @@ fn start(order: usize, m: usize) -> usize {
     m * (order + 1) - m * m.saturating_sub(1) / 2
 }
 
-/// Coefficients of Y(x, z, y), whose pole is the image's, in the order in which [`super::ShTransform`] makes and
-/// takes them: by m, then by l, cosine terms of the three channels, then sine terms. Convolution needs no other
-/// order; [`ColumnsRgb::to_sh`] and [`ColumnsRgb::from_sh`] exchange it for that of [`ShRgb`].
+/// Coefficients of Y(x, z, y), whose pole is the image's, in the order in which [`super::ShTransform`] makes
+/// and takes them: by m, then by l, cosine terms of the three channels, then sine terms. Convolution needs no
+/// other order; [`ColumnsRgb::to_sh`] and [`ColumnsRgb::from_sh`] exchange it for that of [`ShRgb`].
 #[derive(Debug, Clone, Default)]
 pub struct ColumnsRgb {
     order: usize,
@@ -81,8 +81,8 @@ impl ColumnsRgb {
         Self::from_sh(&polar)
     }
 
-    /// The coefficients of an order m ≤ `order`, by l from m: cosine terms of the three channels, then sine terms
-    /// (0 where m = 0). Empty beyond `order`.
+    /// The coefficients of an order m ≤ `order`, by l from m: cosine terms of the three channels, then sine
+    /// terms (0 where m = 0). Empty beyond `order`.
     pub fn column(&self, m: usize) -> Vec<[f64; 6]> {
         let rows = if m > self.order || self.rows.is_empty() { &[] } else { self.of(m) };
         rows.iter().map(|r| [r[0], r[1], r[2], r[4], r[5], r[6]]).collect()

@@ -1,9 +1,9 @@
 //! The ring FFTs, between rows of samples and cells of even and odd parts of blocks of row pairs.
 //!
 //! Two real rings are the real and imaginary parts of one complex ring: north and south, or their sum and
-//! difference. With Z the complex ring's spectrum, frequency m of the real part is (Z_m + Z̄_{n−m})/2, that of
-//! the imaginary part (Z_m − Z̄_{n−m})/2i. Every lane of a register has its own ring, from the rows, which are
-//! transposed on the way, to the cells.
+//! difference. With Z the complex ring's spectrum, frequency m of the real part is (Z_m + Z̄_{n−m})/2, that
+//! of the imaginary part (Z_m − Z̄_{n−m})/2i. Every lane of a register has its own ring, from the rows, which
+//! are transposed on the way, to the cells.
 
 use super::Sample;
 use super::batch::Batch;
@@ -68,8 +68,8 @@ impl<T: Real> Fourier<T> {
         2 * self.bins.len() > self.width + 1
     }
 
-    /// Cells [ring block][m] of sums over φ from the rows of one block, weighted as the `rings` from `ring` on; without
-    /// rings, of the sums and differences of rows and their mirrors as they are.
+    /// Cells [ring block][m] of sums over φ from the rows of one block, weighted as the `rings` from `ring`
+    /// on; without rings, of the sums and differences of rows and their mirrors as they are.
     pub(super) fn forward<S: Sample>(
         &self,
         block: &RowBlock<&[S]>,

@@ -55,7 +55,8 @@ fn add<A: Arch, T: Real, const N: usize, const D: usize>(
     }
 }
 
-/// Σ over rings of values times r of K steps from k, a register of rings in D of f64; `first` is the first block.
+/// Σ over rings of values times r of K steps from k, a register of rings in D of f64; `first` is the first
+/// block.
 #[inline(always)]
 pub(super) fn over_rings<A: Arch, T: Real, const K: usize, const D: usize>(
     part: &Part<'_>,
@@ -72,7 +73,8 @@ pub(super) fn over_rings<A: Arch, T: Real, const K: usize, const D: usize>(
     while at < BLOCK * units.len() && units[at / BLOCK].begin >= k + K {
         at += BLOCK;
     }
-    // One loop over registers: a loop over blocks around it would be unrolled, and sums driven out of registers.
+    // One loop over registers: a loop over blocks around it would be unrolled, and sums driven out of
+    // registers.
     while at < BLOCK * units.len() {
         let (b, lane) = (at / BLOCK, at % BLOCK);
         let [state_now, state_before] = &mut state[b];

@@ -1,10 +1,10 @@
 //! The Legendre stage for one m: what sums over degrees at rings and sums over rings for degrees share.
 //!
-//! Sums of products of r_k with the six even and six odd terms are in registers: of a few registers of rings over
-//! steps (synthesis), of two steps over rings (analysis). With 32 registers the recursion is in the same loop
-//! ([`super::fused`]). With 16 it would drive sums out of them, and each addition would wait for a store and a
-//! load, so that r_k of a few steps is written first and sums are made of that, half of the terms at a time
-//! ([`super::stored`]): two thirds of the time with AVX2.
+//! Sums of products of r_k with the six even and six odd terms are in registers: of a few registers of rings
+//! over steps (synthesis), of two steps over rings (analysis). With 32 registers the recursion is in the same
+//! loop ([`super::fused`]). With 16 it would drive sums out of them, and each addition would wait for a store
+//! and a load, so that r_k of a few steps is written first and sums are made of that, half of the terms at a
+//! time ([`super::stored`]): two thirds of the time with AVX2.
 
 use super::Sample;
 use super::recursion::{Starts, Step};

@@ -1,19 +1,20 @@
-//! From rows of texels that are constant over their height to samples whose quadrature gives the same integrals.
+//! From rows of texels that are constant over their height to samples whose quadrature gives the same
+//! integrals.
 //!
-//! P̄_lm(cos θ) sin θ is a trigonometric polynomial of degree l + 1 in θ, odd about the pole for even m, even for odd
-//! m. Extend the row values f of one m, constant in θ over each of the H rows, with the same parity: then ∫ f P̄ sin θ
-//! dθ is half of the integral over the whole circle, to which only the Fourier coefficients of f up to degree
-//! order + 1 contribute. Those of a step function are exactly
+//! P̄_lm(cos θ) sin θ is a trigonometric polynomial of degree l + 1 in θ, odd about the pole for even m, even
+//! for odd m. Extend the row values f of one m, constant in θ over each of the H rows, with the same parity:
+//! then ∫ f P̄ sin θ dθ is half of the integral over the whole circle, to which only the Fourier coefficients
+//! of f up to degree order + 1 contribute. Those of a step function are exactly
 //!
 //! β_k = (2/H) sinc(kπ/2H) Σ_j f_j sin kθ_j    (cos for odd m, half of it at k = 0),    θ_j = (j+½)π/H.
 //!
 //! The sum of these terms alone, at M ≥ order + 2 rings θ_i = (i+½)π/M with weights sin θ_i π/M, has the same
 //! integrals against every P̄_lm, since the products' degree is below 2M.
 //!
-//! Both sine and cosine sums are complex FFTs of the length H, or M, itself (Makhoul 1980, *A fast cosine transform in
-//! one and two dimensions*): in the order v_i = f_{2i}, then the odd ones backwards (negated for sines), they are
-//! ½ (ω_k V_{−k} + ω̄_k V_k) and (ω_k V_{−k} − ω̄_k V_k)/2i, with ω_k = exp(ikπ/2H). Every lane of a register has
-//! its own m.
+//! Both sine and cosine sums are complex FFTs of the length H, or M, itself (Makhoul 1980, *A fast cosine
+//! transform in one and two dimensions*): in the order v_i = f_{2i}, then the odd ones backwards (negated for
+//! sines), they are ½ (ω_k V_{−k} + ω̄_k V_k) and (ω_k V_{−k} − ω̄_k V_k)/2i, with ω_k = exp(ikπ/2H). Every
+//! lane of a register has its own m.
 
 use super::batch::Batch;
 use super::fold::register;
@@ -116,7 +117,8 @@ impl<T: Real> Latitude<T> {
         aligned(out, 2 * self.groups() * self.lanes * self.stride())
     }
 
-    /// The rings' cells of a group from cells [block of rows][m] of sums and differences of rows and their mirrors.
+    /// The rings' cells of a group from cells [block of rows][m] of sums and differences of rows and their
+    /// mirrors.
     pub(super) fn resample(
         &self,
         group: usize,

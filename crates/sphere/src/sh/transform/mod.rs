@@ -250,8 +250,8 @@ impl ShTransform {
     }
 
     /// Synthesis from coefficients in the transform's own order (bands above the plan's left out), each band
-    /// multiplied with its factor: a convolution by a zonal kernel. Without factors they are all 1; bands beyond
-    /// the last factor are left out.
+    /// multiplied with its factor: a convolution by a zonal kernel. Without factors they are all 1; bands
+    /// beyond the last factor are left out.
     ///
     /// # Panics
     /// If a plane is not `width·height` long, or the plan is one of cells, which only analyse.

@@ -30,7 +30,8 @@ pub(super) struct Work<T: Real> {
     cells: Mutex<Vec<T>>,
     buffers: Pool<Buffers<T>>,
     scratch: Pool<Scratch<T>>,
-    /// For texels that are constant over their cells: how they are brought to rings, and the last rings' cells.
+    /// For texels that are constant over their cells: how they are brought to rings, and the last rings'
+    /// cells.
     latitude: Option<Latitude<T>>,
     rings: Mutex<Vec<T>>,
     sequences: Pool<Sequences<T>>,

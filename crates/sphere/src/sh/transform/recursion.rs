@@ -50,7 +50,8 @@ pub(super) fn steps(m: usize, order: usize) -> Vec<Step> {
         .collect()
 }
 
-/// Where each ring's sequence first exceeds what is negligible (infinite where it never does), with r_k and r_{k−1} there.
+/// Where each ring's sequence first exceeds what is negligible (infinite where it never does), with r_k and
+/// r_{k−1} there.
 #[derive(Default)]
 pub(super) struct Starts {
     pub(super) first: Vec<f64>,

@@ -38,8 +38,8 @@ where
     }
 }
 
-/// Sums and differences of rows and their mirrors, as the real and imaginary parts of sequences; rows that are
-/// not there are 0.
+/// Sums and differences of rows and their mirrors, as the real and imaginary parts of sequences; rows that
+/// are not there are 0.
 impl<T: Real, S: Sample> Tiles<T> for Rows<'_, T, &[S]> {
     #[inline(always)]
     fn tiles<A: Arch, const N: usize>(self) {

@@ -28,8 +28,8 @@ pub trait Sample: Copy + Send + Sync {
     fn planes_mut(x: [&mut [Self]; 3]) -> PlanesMut<'_>;
 }
 
-/// Three planes of one or the other type. What takes them is compiled here, once; generic functions would be compiled again
-/// by each crate that calls them, transforms for all instruction sets among them.
+/// Three planes of one or the other type. What takes them is compiled here, once; generic functions would be
+/// compiled again by each crate that calls them, transforms for all instruction sets among them.
 pub enum Planes<'a> {
     /// f32.
     Single([&'a [f32]; 3]),

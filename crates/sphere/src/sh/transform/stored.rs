@@ -1,4 +1,5 @@
-//! Sums over r_k that was written before, in the precision of the transform, to where the first-level cache holds it.
+//! Sums over r_k that was written before, in the precision of the transform, to where the first-level cache
+//! holds it.
 
 use super::kernel::{Part, Real, State, vectors};
 use super::recursion::Unit;
@@ -7,8 +8,8 @@ use std::mem::swap;
 use steradian_simd::{Arch, Vector};
 
 impl Part<'_> {
-    /// r_k of the block of rings from `ring`, for a step k per row of `out` from `first`. The state is read only once the
-    /// block has taken part.
+    /// r_k of the block of rings from `ring`, for a step k per row of `out` from `first`. The state is read
+    /// only once the block has taken part.
     #[inline(always)]
     pub(super) fn legendre<A: Arch, T: Real>(
         &self,

@@ -153,7 +153,8 @@ fn columns_convolve_and_come_back() {
     }
 }
 
-/// Σ c · analysis(f) = Σ w f · synthesis(c) for any samples f: the grid's own weighted sum is what band 0 is made of.
+/// Σ c · analysis(f) = Σ w f · synthesis(c) for any samples f: the grid's own weighted sum is what band 0 is
+/// made of.
 #[test]
 fn analysis_is_adjoint_to_synthesis() {
     let c = noise(60);

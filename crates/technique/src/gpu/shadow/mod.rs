@@ -1,5 +1,6 @@
-//! What blocks lights that are shaded beside a technique's data: `light_arriving(p, n, d, distance)` in WGSL, 0 … 1, for the
-//! light in unit direction d, `distance` away (3e38 for distant ones), at a point p of unit normal n.
+//! What blocks lights that are shaded beside a technique's data: `light_arriving(p, n, d, distance)` in WGSL,
+//! 0 … 1, for the light in unit direction d, `distance` away (3e38 for distant ones), at a point p of unit
+//! normal n.
 
 use super::{Buffer, GpuTechnique, Uniform, Value};
 use steradian_scene::shadow::{Flat, LightAt};
@@ -60,8 +61,8 @@ pub fn is_shadowed(technique: &GpuTechnique) -> bool {
     technique.modules.iter().any(|m| m == RAYS || m == MAPS || m == VOLUMES)
 }
 
-/// Is it [`behind`] shadow volumes? Then whoever shades has drawn them, and says in `shadow_blocked` and `shadow_samples` which lights
-/// the point's samples lack.
+/// Is it [`behind`] shadow volumes? Then whoever shades has drawn them, and says in `shadow_blocked` and
+/// `shadow_samples` which lights the point's samples lack.
 pub fn is_behind_volumes(technique: &GpuTechnique) -> bool {
     technique.modules.iter().any(|m| m == VOLUMES)
 }

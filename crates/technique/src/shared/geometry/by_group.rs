@@ -1,5 +1,5 @@
-//! Corners of points in the order of groups of sites: what the sites of a group have in common is some kilobytes, and corner after
-//! corner it came from the second level of the cache at best.
+//! Corners of points in the order of groups of sites: what the sites of a group have in common is some
+//! kilobytes, and corner after corner it came from the second level of the cache at best.
 
 use crate::Points;
 
@@ -32,8 +32,8 @@ impl Sorted {
         }
     }
 
-    /// Puts the corners of some points that add anything in the order of their sites' groups, of which there are `groups`; how many
-    /// that are. `group` is `None` for sites beyond the end.
+    /// Puts the corners of some points that add anything in the order of their sites' groups, of which there
+    /// are `groups`; how many that are. `group` is `None` for sites beyond the end.
     #[inline(always)]
     pub fn sort(&mut self, groups: usize, group: impl Fn(u32) -> Option<usize>, q: &Share<'_>) -> usize {
         let groups = groups.min(MOST_GROUPS);

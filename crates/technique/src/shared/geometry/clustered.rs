@@ -1,13 +1,13 @@
 //! Transfer matrices as a few of each cluster of sites, and weights.
 //!
-//! Sloan, Hall, Hart & Snyder (2003), *Clustered Principal Components for Precomputed Radiance Transfer*: M ≈ M_k0 + Σ_i w_i M_ki
-//! with k the site's cluster, orthonormal M_ki in Frobenius' product, found by local principal component analysis
-//! ([`steradian_numerics::clusters`]).
+//! Sloan, Hall, Hart & Snyder (2003), *Clustered Principal Components for Precomputed Radiance Transfer*: M ≈
+//! M_k0 + Σ_i w_i M_ki with k the site's cluster, orthonormal M_ki in Frobenius' product, found by local
+//! principal component analysis ([`steradian_numerics::clusters`]).
 //!
-//! The paper analyses the matrices, bands⁴ numbers each. Shadowing alone makes them linear in the (2·bands − 1)²
-//! coefficients of V, M = Σ_k Γ_k V_k, and Σ_ij (Γ_k)_ij (Γ_l)_ij = g_l δ_kl depends on the band alone, because turning V turns
-//! M and no product of matrices notices. So the analysis of √g_l V_k is that of the matrices, exactly, on 81 numbers in
-//! place of 625 at 5 bands.
+//! The paper analyses the matrices, bands⁴ numbers each. Shadowing alone makes them linear in the (2·bands −
+//! 1)² coefficients of V, M = Σ_k Γ_k V_k, and Σ_ij (Γ_k)_ij (Γ_l)_ij = g_l δ_kl depends on the band alone,
+//! because turning V turns M and no product of matrices notices. So the analysis of √g_l V_k is that of the
+//! matrices, exactly, on 81 numbers in place of 625 at 5 bands.
 
 use crate::shared::geometry::by_group::MOST_GROUPS;
 use crate::shared::geometry::matrices::{
@@ -36,8 +36,8 @@ const ROUNDS: usize = 30;
 pub struct Lost {
     /// √(Σ‖M̃ − M‖²/Σ‖M‖²) over all sites.
     pub matrices: f64,
-    /// Along edges of the mesh whose ends are in different clusters: RMS of the step that the error takes, relative to that
-    /// of the matrices. 0 where there are no edges.
+    /// Along edges of the mesh whose ends are in different clusters: RMS of the step that the error takes,
+    /// relative to that of the matrices. 0 where there are no edges.
     pub seams: f64,
     /// The same along edges within a cluster.
     pub within: f64,
@@ -184,7 +184,8 @@ pub struct ClusterVectors<'a> {
     pub each: usize,
 }
 
-/// A whole number from 0 to 2048 (conversions of single numbers take longer than all else that a group needs).
+/// A whole number from 0 to 2048 (conversions of single numbers take longer than all else that a group
+/// needs).
 #[inline(always)]
 fn whole(x: f16) -> usize {
     let (exponent, digits) = (u32::from(x.to_bits() >> 10), u32::from(x.to_bits() & 1023));

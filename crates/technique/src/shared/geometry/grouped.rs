@@ -1,5 +1,5 @@
-//! Numbers per site in the order that sums over them read: sites in groups, in a group number after number, each of all its sites.
-//! A register holds one number of several sites, so that no sum is over lanes.
+//! Numbers per site in the order that sums over them read: sites in groups, in a group number after number,
+//! each of all its sites. A register holds one number of several sites, so that no sum is over lanes.
 
 use crate::Part;
 use crate::gpu::Numbers;

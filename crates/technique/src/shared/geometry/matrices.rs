@@ -1,9 +1,10 @@
 //! The geometry's factor of glossy techniques: a transfer matrix per site.
 //!
-//! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer*, section 4.2; STAR04 7.5.1: M_ij = ∫ V y_i y_j dw takes the
-//! coefficients of the light to those of the light that is not blocked, L' = M L. Both are about world axes, so that L' may
-//! be interpolated between sites whose frames differ. M is exact for the V that is known, by the integrals of three
-//! harmonics ([`Products`]). It is symmetric: its lower triangle is kept, row by row, number i(i + 1)/2 + j for j ≤ i.
+//! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer*, section 4.2; STAR04 7.5.1: M_ij = ∫ V y_i
+//! y_j dw takes the coefficients of the light to those of the light that is not blocked, L' = M L. Both are
+//! about world axes, so that L' may be interpolated between sites whose frames differ. M is exact for the V
+//! that is known, by the integrals of three harmonics ([`Products`]). It is symmetric: its lower triangle is
+//! kept, row by row, number i(i + 1)/2 + j for j ≤ i.
 
 use crate::gpu::Numbers;
 use crate::shared::geometry::grouped::{GROUP, Grouped, Groups};
@@ -27,7 +28,8 @@ const SHARE: usize = 32;
 /// What a matrix says of directions below the horizon of its site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Below {
-    /// They are open, M of an open site is the identity: for reflectance whose coefficients end at the horizon.
+    /// They are open, M of an open site is the identity: for reflectance whose coefficients end at the
+    /// horizon.
     Open,
     /// They are blocked, M of an open site is that of a half space: for kernels that reach below the horizon.
     Blocked,
@@ -71,7 +73,8 @@ pub fn affordable(slug: &'static str, need: u64, task: &Task) -> Result<(), Bake
     if need > allowed { Err(BakeError::Memory { slug, need, allowed }) } else { Ok(()) }
 }
 
-/// Coefficients of V of a site in 2·bands − 1 bands, with what it is to be below the horizon; zero for a site that is none.
+/// Coefficients of V of a site in 2·bands − 1 bands, with what it is to be below the horizon; zero for a site
+/// that is none.
 pub fn seen(site: &Site, v: &[f32], below: Below) -> Vec<f64> {
     let mut out: Vec<f64> = v.iter().map(|x| f64::from(*x)).collect();
     if site.is_absent() {
@@ -162,8 +165,9 @@ impl Matrices {
         Self { n, numbers: Grouped::from_sites(packed(n), data, halves) }
     }
 
-    /// Transferred light of every site, L' = M L: three channels of [`padded`] numbers each, coefficient i multiplied by
-    /// `scale[i]` at place `place[i]` of its channel. On all threads; the same bits whatever their number.
+    /// Transferred light of every site, L' = M L: three channels of [`padded`] numbers each, coefficient i
+    /// multiplied by `scale[i]` at place `place[i]` of its channel. On all threads; the same bits whatever
+    /// their number.
     pub fn transferred(&self, light: &[[f32; 3]], scale: &[f32], place: &[usize]) -> Vec<f32> {
         let mut out = vec![0.0; self.len() * 3 * padded(self.n)];
         self.transfer(light, scale, place, &mut out);
@@ -245,8 +249,8 @@ fn by_site<A: Arch>(
     }
 }
 
-/// M L of the first group of sites of `numbers`: coefficient i of channel c in `sums[3 i + c]`. Two rows of the triangle at a
-/// time: each of its numbers is M_ij and M_ji.
+/// M L of the first group of sites of `numbers`: coefficient i of channel c in `sums[3 i + c]`. Two rows of
+/// the triangle at a time: each of its numbers is M_ij and M_ji.
 #[inline(always)]
 fn group<A: Arch, T: Number>(
     n: usize,
@@ -349,7 +353,8 @@ mod tests {
         (m, sites, transfer)
     }
 
-    /// The product in groups, from a triangle, on every instruction set, against the full matrix times the light.
+    /// The product in groups, from a triangle, on every instruction set, against the full matrix times the
+    /// light.
     #[test]
     fn transferred_light_is_the_matrix_times_the_light() {
         let light: Vec<[f32; 3]> =

@@ -1,6 +1,6 @@
-//! Radiance of points among sites, each of which has a function of the direction as a few vectors of coefficients: the sum
-//! over the corners of a point's triangle, over the vectors, and over the coefficients times harmonics at the mirror
-//! direction of the viewer.
+//! Radiance of points among sites, each of which has a function of the direction as a few vectors of
+//! coefficients: the sum over the corners of a point's triangle, over the vectors, and over the coefficients
+//! times harmonics at the mirror direction of the viewer.
 
 use crate::shared::geometry::by_group::{SORTED, Share, Sorted};
 use crate::shared::geometry::matrices::{MAX_COEFFICIENTS, padded};
@@ -11,16 +11,18 @@ use steradian_simd::{Arch, Kernel, Vector};
 /// Vectors of a site beside the first, at most.
 pub const MOST: usize = 16;
 
-/// Weights of a site's vectors, filled up to whole registers. That of the first is 1 whatever stands in its place.
+/// Weights of a site's vectors, filled up to whole registers. That of the first is 1 whatever stands in its
+/// place.
 pub type Weights = [f32; 2 * MOST];
 
 /// The vectors of sites.
 pub trait Vectors {
-    /// Vectors of a site: each of three channels of [`padded`] coefficients. Writes their weights, from that of the second
-    /// on. `None` beyond the end.
+    /// Vectors of a site: each of three channels of [`padded`] coefficients. Writes their weights, from that
+    /// of the second on. `None` beyond the end.
     fn at<A: Arch>(&self, site: u32, weights: &mut Weights) -> Option<&[f32]>;
 
-    /// Groups of sites that have the same vectors, [`MOST_GROUPS`](super::by_group::MOST_GROUPS) at most; 0 where each has its own.
+    /// Groups of sites that have the same vectors, [`MOST_GROUPS`](super::by_group::MOST_GROUPS) at most; 0
+    /// where each has its own.
     fn groups(&self) -> usize {
         0
     }
@@ -34,8 +36,8 @@ pub trait Vectors {
 /// Corners of one group that are worth to be summed side by side; fewer are summed one by one.
 const FEW: usize = 3;
 
-/// Radiance of points: Σ over corners, vectors and coefficients of weight · coefficient · y(r). Points that face away, or
-/// have no sites, get 0.
+/// Radiance of points: Σ over corners, vectors and coefficients of weight · coefficient · y(r). Points that
+/// face away, or have no sites, get 0.
 pub fn at_mirror(h: &Harmonics, vectors: &impl Vectors, q: &Points<'_>, out: &mut Radiance<'_>) {
     steradian_simd::run(AtMirror { h, vectors, q, out });
 }
@@ -111,9 +113,9 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
 }
 
 impl<V: Vectors> AtMirror<'_, '_, '_, V> {
-    /// Of vectors of P coefficients a channel, N of them not zero. The vectors of a group are some kilobytes: corner after corner
-    /// they came from the second level of the cache at best. So corners are put in the order of their groups, and each
-    /// number of a vector serves as many of them as a register has lanes.
+    /// Of vectors of P coefficients a channel, N of them not zero. The vectors of a group are some kilobytes:
+    /// corner after corner they came from the second level of the cache at best. So corners are put in the
+    /// order of their groups, and each number of a vector serves as many of them as a register has lanes.
     #[inline(always)]
     fn grouped<A: Arch, const P: usize, const N: usize>(self) {
         let Self { h, vectors, q, out } = self;
@@ -225,8 +227,9 @@ fn turned<A: Arch>(rows: &[[f32; LANES]; LANES], to: &mut [[f32; LANES]]) {
     }
 }
 
-/// Sums of as many corners as there are lanes, which have the same vectors, by channel. (Neither here nor in the loops around it
-/// are there closures: some were compiled as functions of their own, for the narrowest instruction set.)
+/// Sums of as many corners as there are lanes, which have the same vectors, by channel. (Neither here nor in
+/// the loops around it are there closures: some were compiled as functions of their own, for the narrowest
+/// instruction set.)
 #[inline(always)]
 fn side_by_side<A: Arch, const P: usize, const N: usize>(
     all: &[f32],

@@ -74,8 +74,8 @@ pub fn sites(slug: &'static str, g: &Geometry) -> Result<Vec<Site>, BakeError> {
     }
 }
 
-/// Transfer at the places of `g`. Where light is reflected between surfaces, each slot of the mesh has the albedo of its
-/// material, and `albedo` where it is the one that is baked.
+/// Transfer at the places of `g`. Where light is reflected between surfaces, each slot of the mesh has the
+/// albedo of its material, and `albedo` where it is the one that is baked.
 pub fn bake(
     slug: &'static str,
     g: &Geometry,
@@ -151,7 +151,8 @@ fn known(saved: &Saved, mesh: &Mesh, settings: &Settings) -> Result<Transfer, St
     })
 }
 
-/// What of the transfer vectors arrives after reflections: nothing, one vector a site, or one for each channel.
+/// What of the transfer vectors arrives after reflections: nothing, one vector a site, or one for each
+/// channel.
 pub fn reflected(t: &Transfer) -> PerSite {
     let n = t.bands * t.bands;
     let Some(direct) = &t.direct else { return PerSite::default() };
@@ -164,7 +165,8 @@ pub fn reflected(t: &Transfer) -> PerSite {
     }
 }
 
-/// What `value` gives at the sites around each point, weighed; 0 where a point has none, or is seen from behind.
+/// What `value` gives at the sites around each point, weighed; 0 where a point has none, or is seen from
+/// behind.
 #[inline(always)]
 pub fn gather(q: &Points<'_>, i: usize, value: impl Fn(u32) -> [f32; 3]) -> [f32; 3] {
     let facing = (0..3).map(|k| q.n[k][i] * q.wo[k][i]).sum::<f32>();

@@ -1,8 +1,8 @@
 //! Small lights apart from what maps hold.
 //!
-//! An edge of the lobe, as at the horizon, has no end in frequency, and neither has a sun: no maps hold both. So suns
-//! ([`SunlitSpectrum`]) are taken out of the light and shaded with the exact reflectance ([`super::exact`]); maps hold what is
-//! left, whatever it is.
+//! An edge of the lobe, as at the horizon, has no end in frequency, and neither has a sun: no maps hold both.
+//! So suns ([`SunlitSpectrum`]) are taken out of the light and shaded with the exact reflectance
+//! ([`super::exact`]); maps hold what is left, whatever it is.
 
 use super::spectral_error::SpectralError;
 use super::spectrum::Spectrum;
@@ -40,8 +40,8 @@ impl Apart {
         out
     }
 
-    /// The strongest suns, up to `most`, where each is one disk of the flux, the centre and the second moment of its
-    /// texels. What the disk misses of their outline stays in the rest.
+    /// The strongest suns, up to `most`, where each is one disk of the flux, the centre and the second moment
+    /// of its texels. What the disk misses of their outline stays in the rest.
     pub fn round_suns(light: &SunlitSpectrum, most: usize) -> Self {
         let mut out = Self { suns: Vec::new(), rest: light.spectrum.clone(), beyond: light.beyond };
         let mut left: Vec<SmallLight> = light.suns.iter().map(Sun::small_light).collect();
@@ -68,7 +68,8 @@ impl Apart {
         out
     }
 
-    /// These disks taken out too. Beyond the bands that are known they and the light that they stand for do not cancel.
+    /// These disks taken out too. Beyond the bands that are known they and the light that they stand for do
+    /// not cancel.
     pub fn with(&self, small_lights: &[SmallLight]) -> Self {
         let mut out = self.clone();
         let disks: Vec<Sun> = small_lights.iter().map(Sun::disk).collect();
@@ -119,8 +120,8 @@ mod tests {
     use steradian_base::Task;
     use steradian_light::{DiskLight, Lights};
 
-    /// Two halves of a sun become one disk of their flux about their middle; what is elsewhere stays a sun of its own,
-    /// or in the light; and disks and rest are the light.
+    /// Two halves of a sun become one disk of their flux about their middle; what is elsewhere stays a sun of
+    /// its own, or in the light; and disks and rest are the light.
     #[test]
     fn parts_of_a_sun_become_one_disk() {
         let up = |angle: f64| DMat3::from_rotation_x(angle) * DVec3::Y;

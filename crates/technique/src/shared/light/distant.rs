@@ -15,12 +15,13 @@ pub const ORDER: usize = 255;
 
 /// Distant light, prepared for filtering and for exact evaluation.
 pub struct DistantLight {
-    /// The light split into a base image and small lights; made when it is first needed, since shading does not need it.
+    /// The light split into a base image and small lights; made when it is first needed, since shading does
+    /// not need it.
     source: OnceLock<Source>,
     /// Highest band of its spectrum.
     order: usize,
-    /// The hierarchy of the light itself: of all texels of the image as it came, constant over their cells, and of the
-    /// small lights beside it. What errors are measured against.
+    /// The hierarchy of the light itself: of all texels of the image as it came, constant over their cells,
+    /// and of the small lights beside it. What errors are measured against.
     pub tree: Tree,
     /// The image as it came.
     image: Option<Arc<Environment>>,
@@ -72,7 +73,8 @@ impl DistantLight {
         self.source = OnceLock::from(source);
     }
 
-    /// The light itself as texel means of a cube of `size` intervals an edge, small lights spread over texels.
+    /// The light itself as texel means of a cube of `size` intervals an edge, small lights spread over
+    /// texels.
     pub fn mirror(&self, size: usize) -> EdgeCube {
         let dark = || EdgeCube::from_fn(size, |_| [0.0; 3]);
         let mut cube = self.source().base.as_ref().map_or_else(dark, |i| EdgeCube::from_image(i, size));
@@ -110,7 +112,8 @@ pub fn refuse_points(slug: &'static str, lights: &Lights) -> Result<(), BakeErro
 
 impl Part for DistantLight {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        // What filters see: the image at the size to which they reduce it, from which the same split follows again.
+        // What filters see: the image at the size to which they reduce it, from which the same split follows
+        // again.
         let image = self.image.as_ref().map(|e| reduced(&e.image, MAX_HEIGHT));
         save_plain(image.as_ref(), &self.small, to, prefix);
         put_f64(to, format!("{prefix}.order"), vec![1], vec![self.order as f64]);

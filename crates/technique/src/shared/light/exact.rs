@@ -47,7 +47,8 @@ fn exact(shader: &BrdfShader) -> (String, Vec<Table>) {
     own_reflectance(shader, "exact", "exact_cells", &suns)
 }
 
-/// `technique`, whose text calls `exact_radiance(n, t, wo)` and which has the uniform `turn`, with these suns.
+/// `technique`, whose text calls `exact_radiance(n, t, wo)` and which has the uniform `turn`, with these
+/// suns.
 pub fn gpu(mut technique: GpuTechnique, suns: &[Sun], brdf: Option<&SharedBrdf>) -> GpuTechnique {
     let Some(shader) = brdf.filter(|_| !suns.is_empty()).and_then(|f| f.shader()) else {
         technique.modules.insert(0, NO_SUNS.into());

@@ -1,5 +1,5 @@
-//! Factors of precomputed transfer: the albedo of diffuse surfaces, and of the light the coefficients of its first bands, and its spectrum a little beyond them,
-//! from which the error of leaving it out is estimated.
+//! Factors of precomputed transfer: the albedo of diffuse surfaces, and of the light the coefficients of its
+//! first bands, and its spectrum a little beyond them, from which the error of leaving it out is estimated.
 
 use crate::gpu::{Uniform, Value};
 use crate::shared::light::distant::refuse_points;
@@ -38,8 +38,8 @@ fn turned(all: &ShRgb, bands: usize, rotation: Mat3, factor: [f64; 3]) -> Vec<[f
 }
 
 impl ShLight {
-    /// All distant light, exactly; refuses point lights. A window of Hann that ends at band `window` takes ringing off, 0
-    /// leaves the light as it is.
+    /// All distant light, exactly; refuses point lights. A window of Hann that ends at band `window` takes
+    /// ringing off, 0 leaves the light as it is.
     pub fn bake(slug: &'static str, lights: &Lights, window: f64) -> Result<Self, BakeError> {
         refuse_points(slug, lights)?;
         let mut direct = match &lights.environment {
@@ -63,12 +63,14 @@ impl ShLight {
         turned(&self.direct, bands, rotation, factor)
     }
 
-    /// The same of the light that surfaces reflect: all of it, with the suns that are shaded exactly beside the data.
+    /// The same of the light that surfaces reflect: all of it, with the suns that are shaded exactly beside
+    /// the data.
     pub fn turned_reflected(&self, bands: usize, rotation: Mat3, factor: [f64; 3]) -> Vec<[f32; 3]> {
         turned(&self.reflected, bands, rotation, factor)
     }
 
-    /// Mean square over all frames of a coefficient of what arrives straight, per channel and band up to [`ORDER`].
+    /// Mean square over all frames of a coefficient of what arrives straight, per channel and band up to
+    /// [`ORDER`].
     pub fn mean_squares(&self) -> [Vec<f64>; 3] {
         let mut out: [Vec<f64>; 3] = Default::default();
         for (out, c) in out.iter_mut().zip(&self.direct.c) {
@@ -78,8 +80,8 @@ impl ShLight {
         out
     }
 
-    /// What the first bands leave out of the convolution with a zonal kernel of coefficients `k` (up to [`ORDER`]) where
-    /// nothing is blocked, by Parseval: √(Σ_{l ≥ bands} k_l² |L_l|² / Σ k_l² |L_l|²).
+    /// What the first bands leave out of the convolution with a zonal kernel of coefficients `k` (up to
+    /// [`ORDER`]) where nothing is blocked, by Parseval: √(Σ_{l ≥ bands} k_l² |L_l|² / Σ k_l² |L_l|²).
     pub fn left_out(&self, k: &[f64], bands: usize) -> f64 {
         let energy = |l: usize| -> f64 {
             let band = self.direct.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]);
@@ -215,7 +217,8 @@ macro_rules! names {
     };
 }
 
-/// Names of the light's coefficients as uniforms, up to eight bands: of what arrives straight, and of what is reflected.
+/// Names of the light's coefficients as uniforms, up to eight bands: of what arrives straight, and of what is
+/// reflected.
 const NAMES: [[&str; 64]; 2] = [names!("light_"), names!("reflected_")];
 
 fn named(names: &[&'static str; 64], light: &[[f32; 3]]) -> Vec<Uniform> {

@@ -1,14 +1,14 @@
 //! What a kernel's rows k_lq make of a light in the mean, and so the error of other rows in their place.
 //!
-//! Over all frames about a centre C, L'_lq has the mean square Σ_m L_lm²/(2l + 1) whatever q (Schur orthogonality of
-//! the rotations D^l), and different (l, q) do not correlate. With B = Σ_q a_q(φ_o) Σ_l k_l|q| L'_lq and the mean of
-//! a_q² over φ_o equal to 1,
+//! Over all frames about a centre C, L'_lq has the mean square Σ_m L_lm²/(2l + 1) whatever q (Schur
+//! orthogonality of the rotations D^l), and different (l, q) do not correlate. With B = Σ_q a_q(φ_o) Σ_l
+//! k_l|q| L'_lq and the mean of a_q² over φ_o equal to 1,
 //!
 //! mean |B|² = Σ_l (Σ_m L_lm²)/(2l + 1) Σ_q k_l|q|², q and −q both counted,
 //!
-//! exactly; and the mean square error of other rows is the same sum of the rows' difference. Ramamoorthi & Hanrahan
-//! (2002) bound the error by one band (5.19); this is what their bound repairs to: energies take Λ_l² = 4π/(2l + 1),
-//! truncation in p or q counts, and it is a mean over directions.
+//! exactly; and the mean square error of other rows is the same sum of the rows' difference. Ramamoorthi &
+//! Hanrahan (2002) bound the error by one band (5.19); this is what their bound repairs to: energies take
+//! Λ_l² = 4π/(2l + 1), truncation in p or q counts, and it is a mean over directions.
 
 use crate::shared::light::spectrum::Spectrum;
 use crate::shared::material::kernels::turns;
@@ -27,7 +27,8 @@ pub struct SpectralError {
 }
 
 impl SpectralError {
-    /// The meter of a light with the mean square `far` of L'_lq per channel at every band beyond the spectrum's.
+    /// The meter of a light with the mean square `far` of L'_lq per channel at every band beyond the
+    /// spectrum's.
     pub fn new(light: &Spectrum, far: [f64; 3]) -> Self {
         let mean = light.mean_squares();
         let beyond = mean.each_ref().map(|m| {
@@ -52,8 +53,9 @@ impl SpectralError {
         both * k.enumerate().map(|(l, k)| self.mean(c, l) * k * k).sum::<f64>()
     }
 
-    /// What of a slice lies beyond its orders F and Q: its energy there times the light's largest mean square there.
-    /// What of it lies beyond Q is estimated ([`turns`]), and so is what lies beyond the light's own bands.
+    /// What of a slice lies beyond its orders F and Q: its energy there times the light's largest mean square
+    /// there. What of it lies beyond Q is estimated ([`turns`]), and so is what lies beyond the light's own
+    /// bands.
     pub fn tail(&self, s: &Slices, slice: usize) -> f64 {
         let captured = s.captured(slice, s.order, s.azimuth);
         let known = self.mean[0].len().saturating_sub(1).max(1);
@@ -79,7 +81,8 @@ impl SpectralError {
         (0..3).map(channel).sum()
     }
 
-    /// The light's mean square where the row of Q has its energy: rows beyond have theirs at higher bands still.
+    /// The light's mean square where the row of Q has its energy: rows beyond have theirs at higher bands
+    /// still.
     fn around(&self, c: usize, s: &Slices, slice: usize) -> f64 {
         let row = s.row(slice, s.azimuth)[c];
         let (mut energy, mut seen) = (f64::MIN_POSITIVE, 0.0);
@@ -100,14 +103,15 @@ impl SpectralError {
     }
 }
 
-/// Mean square error of linear interpolation between samples `h` apart of a wave of band l and amplitude 1, whose
-/// frequency is √(l(l + 1)); at most 1, the error of no lookup at all.
+/// Mean square error of linear interpolation between samples `h` apart of a wave of band l and amplitude 1,
+/// whose frequency is √(l(l + 1)); at most 1, the error of no lookup at all.
 pub fn lookup(l: usize, h: f64) -> f64 {
     let x = h * ((l * (l + 1)) as f64).sqrt();
     if x > PI { 1.0 } else { linear(x).clamp(0.0, 1.0) }
 }
 
-/// The first of the sizes 4, 6, 8, 12, 16, … 2^k, 3·2^(k−1) up to `most` that `enough` accepts, else the last.
+/// The first of the sizes 4, 6, 8, 12, 16, … 2^k, 3·2^(k−1) up to `most` that `enough` accepts, else the
+/// last.
 pub fn size(most: usize, enough: impl Fn(usize) -> bool) -> usize {
     let sizes = (2..).flat_map(|k| [1usize << k, 3 << (k - 1)]).take_while(|s| *s <= most.max(4));
     let mut last = 4;

@@ -1,4 +1,5 @@
-//! What is taken out of the light and shaded with the exact reflectance: disks, and texels of the image as they are.
+//! What is taken out of the light and shaded with the exact reflectance: disks, and texels of the image as
+//! they are.
 
 use crate::direct::{CellLight, Direct};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
@@ -39,8 +40,9 @@ impl Sun {
         }
     }
 
-    /// What has its coefficients in spherical harmonics up to `order`: a disk itself; for a texel directions at the nodes
-    /// of a product rule, whose error falls faster than any power of their number once they resolve the highest band.
+    /// What has its coefficients in spherical harmonics up to `order`: a disk itself; for a texel directions
+    /// at the nodes of a product rule, whose error falls faster than any power of their number once they
+    /// resolve the highest band.
     pub fn small_lights(&self, order: usize) -> Vec<SmallLight> {
         let Self::Cell(c) = self else { return vec![self.small_light()] };
         // A wave turns by order × half of the side between the middle and the end.
@@ -68,8 +70,8 @@ impl Sun {
         self.small_light().flux.iter().sum()
     }
 
-    /// A texel: pole, meridian, θ from and to, half azimuth, radiance. A disk: its centre for the pole, its radius for the
-    /// second θ, 0 for the azimuth.
+    /// A texel: pole, meridian, θ from and to, half azimuth, radiance. A disk: its centre for the pole, its
+    /// radius for the second θ, 0 for the azimuth.
     pub fn numbers(&self) -> [f64; STRIDE] {
         let (p, m, theta, half, l) = match self {
             Self::Disk(d) => (d.direction, DVec3::ZERO, [0.0, d.angular_radius], 0.0, d.radiance),

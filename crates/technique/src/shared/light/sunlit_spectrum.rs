@@ -1,11 +1,13 @@
 //! Distant light as its spectrum, with the suns in it known one by one.
 //!
-//! A sun has no end in frequency, and its outline counts where the horizon crosses it and where the lobe is not much wider
-//! than its texels. So what is small and bright is kept beside the spectrum of all, as it is: disks, directional lights, and
-//! the texels that make the suns and lamps of an image, constant over their cells.
+//! A sun has no end in frequency, and its outline counts where the horizon crosses it and where the lobe is
+//! not much wider than its texels. So what is small and bright is kept beside the spectrum of all, as it is:
+//! disks, directional lights, and the texels that make the suns and lamps of an image, constant over their
+//! cells.
 //!
-//! Of the rest of the light only the energy E beyond the highest band L is kept, to estimate the error of leaving it out. Images
-//! are made of edges, whose coefficients fall like l^−3 in the mean square, so that each coefficient beyond L has E/(2L²).
+//! Of the rest of the light only the energy E beyond the highest band L is kept, to estimate the error of
+//! leaving it out. Images are made of edges, whose coefficients fall like l^−3 in the mean square, so that
+//! each coefficient beyond L has E/(2L²).
 
 use crate::direct::{self, CellLight, Suns};
 use crate::shared::light::spectrum::Spectrum;
@@ -71,7 +73,8 @@ impl SunlitSpectrum {
     }
 }
 
-/// The texels that are suns, and the others; the image has a `size` of columns and rows, all light the flux `whole`.
+/// The texels that are suns, and the others; the image has a `size` of columns and rows, all light the flux
+/// `whole`.
 fn bright(texels: &[SmallLight], size: [usize; 2], whole: f64) -> (Vec<Sun>, Vec<SmallLight>) {
     let strength = |b: &SmallLight| b.flux.iter().sum::<f64>();
     let mut sorted = texels.to_vec();
@@ -101,7 +104,8 @@ fn cell(b: &SmallLight, [width, height]: [usize; 2]) -> Sun {
     Sun::Cell(CellLight { radiance: b.flux.map(|f| f / cell.solid_angle()), ..cell })
 }
 
-/// See [`SunlitSpectrum::beyond`]: what the image's own energy exceeds its bands by, and small lights, whose spectrum is flat.
+/// See [`SunlitSpectrum::beyond`]: what the image's own energy exceeds its bands by, and small lights, whose
+/// spectrum is flat.
 fn beyond(source: &Source, base: &ShRgb, others: &[SmallLight]) -> [f64; 3] {
     let last = base.order.max(1);
     let mut out = [0.0; 3];
@@ -153,8 +157,8 @@ mod tests {
     use steradian_light::Environment;
     use steradian_sphere::{Layout, SphereImage};
 
-    /// The sun of a coarse image, near its pole where texels are slim, stays what it is; the spectrum is the image's, and
-    /// without the suns that of the image without them.
+    /// The sun of a coarse image, near its pole where texels are slim, stays what it is; the spectrum is the
+    /// image's, and without the suns that of the image without them.
     #[test]
     fn suns_keep_their_outline() {
         let mut image = SphereImage::from_fn(Layout::LatLong, 128, 64, |d| [1.0 + 0.5 * d.x as f32; 3]);

@@ -1,6 +1,7 @@
-//! The reflectance's factor of techniques that shade the light that reaches a site ([`crate::shared::geometry::matrices`]): Phong's lobe, which is
-//! a convolution at the mirror direction and needs no table, or any reflectance by its coefficients over the view (Sloan, Kautz &
-//! Snyder 2002, section 4.2; STAR04 eqs 53 and 54).
+//! The reflectance's factor of techniques that shade the light that reaches a site
+//! ([`crate::shared::geometry::matrices`]): Phong's lobe, which is a convolution at the mirror direction and
+//! needs no table, or any reflectance by its coefficients over the view (Sloan, Kautz & Snyder 2002, section
+//! 4.2; STAR04 eqs 53 and 54).
 
 use crate::certify;
 use crate::gpu::Buffer;
@@ -52,7 +53,8 @@ impl Glossy {
         Ok(Self::Table(Box::new(Views::bake(slug, m, [bands, size], false, task)?)))
     }
 
-    /// What matrices say of directions below the horizon: Phong's kernel reaches there, coefficients of f_cos end at it.
+    /// What matrices say of directions below the horizon: Phong's kernel reaches there, coefficients of f_cos
+    /// end at it.
     pub fn below(&self) -> Below {
         match self {
             Self::Lobe(_) => Below::Blocked,
@@ -97,9 +99,9 @@ impl Glossy {
         }
     }
 
-    /// `fn shade_site(n, t, wo, p, site)` in WGSL by way of `transferred(site, c)`, the sum of the coefficients c of a
-    /// reflectance times those of the light that reaches a site; and what it reads. Coefficients of the lobe are times k_l
-    /// where `scaled`.
+    /// `fn shade_site(n, t, wo, p, site)` in WGSL by way of `transferred(site, c)`, the sum of the
+    /// coefficients c of a reflectance times those of the light that reaches a site; and what it reads.
+    /// Coefficients of the lobe are times k_l where `scaled`.
     pub fn wgsl(&self, bands: usize, scaled: bool) -> (Vec<Cow<'static, str>>, Vec<Buffer>) {
         match self {
             Self::Lobe(lobe) => {

@@ -1,5 +1,5 @@
-//! The reflectance's factor of techniques that see it about a central direction: its slices, and itself for the lights that
-//! no map holds.
+//! The reflectance's factor of techniques that see it about a central direction: its slices, and itself for
+//! the lights that no map holds.
 
 use crate::certify;
 use crate::shared::material::reflectance;
@@ -22,8 +22,8 @@ const EVERY: usize = 8;
 pub struct Kernels {
     /// The slices.
     pub slices: Slices,
-    /// The reflectance, where its spec, with what the files hold that it names, makes it again, GPUs have it too, and it is a
-    /// formula: millions of measurements have no place in a bake.
+    /// The reflectance, where its spec, with what the files hold that it names, makes it again, GPUs have it
+    /// too, and it is a formula: millions of measurements have no place in a bake.
     pub brdf: Option<SharedBrdf>,
 }
 
@@ -48,9 +48,9 @@ pub fn materials(brdf: &dyn Brdf) -> Result<(), String> {
 }
 
 impl Kernels {
-    /// Slices at `elevations` up to the first of `orders` (F and Q, ascending) that hold each elevation up to `views`
-    /// radians but for `share` of its energy, else up to the last. Orders that every eighth elevation finds too low are
-    /// computed at no others.
+    /// Slices at `elevations` up to the first of `orders` (F and Q, ascending) that hold each elevation up to
+    /// `views` radians but for `share` of its energy, else up to the last. Orders that every eighth elevation
+    /// finds too low are computed at no others.
     pub fn new(
         material: &Material,
         centre: Centre,
@@ -114,8 +114,8 @@ fn missing(s: &Slices, views: f64, share: f64) -> [bool; 2] {
     more
 }
 
-/// The energy of a slice beyond Q, as the rows of Q/2 and of Q say: e_q ∝ q^−p gives e_Q Q/(p − 1), which holds for
-/// edges (p = 2) as for smooth lobes.
+/// The energy of a slice beyond Q, as the rows of Q/2 and of Q say: e_q ∝ q^−p gives e_Q Q/(p − 1), which
+/// holds for edges (p = 2) as for smooth lobes.
 pub fn turns(s: &Slices, slice: usize, channel: usize) -> f64 {
     if s.azimuth < 2 {
         return 0.0;

@@ -1,4 +1,5 @@
-//! The reflectance's factor of techniques that read a model's parameters: the model itself, by its spec string.
+//! The reflectance's factor of techniques that read a model's parameters: the model itself, by its spec
+//! string.
 
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{Material, Part};

@@ -19,7 +19,8 @@ pub fn angle(sine: f32, cosine: f32) -> f32 {
     if cosine < sine { arccos(cosine) } else { FRAC_PI_2 - arccos(sine) }
 }
 
-/// Sine and cosine of |x| ≤ 100 within 2e-7 (5e-6 at 100), without a branch: the series about the nearest multiple of π/2.
+/// Sine and cosine of |x| ≤ 100 within 2e-7 (5e-6 at 100), without a branch: the series about the nearest
+/// multiple of π/2.
 #[inline(always)]
 pub fn sin_cos(x: f32) -> [f32; 2] {
     // Adding 1.5 · 2²³ rounds to a whole number, which the lowest bits then hold.

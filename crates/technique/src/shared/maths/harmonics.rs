@@ -1,8 +1,8 @@
 //! Real spherical harmonics y_pq in single precision, as shading sums them: no trigonometry, no poles.
 //!
-//! y_pq = f̃_p|q|(z) a_q, a_q = 1, √2 Re (x + iy)^q, √2 Im (x + iy)^|q|, where f̃_pq = f_pq/sin^q θ is a polynomial in
-//! z: f̃_qq is constant, and f̃_pq = A_pq z f̃_{p−1,q} − B_pq f̃_{p−2,q} with A_pq² = (4p² − 1)/(p² − q²),
-//! B_pq = A_pq/A_{p−1,q}. `harmonics.wgsl` has the same functions.
+//! y_pq = f̃_p|q|(z) a_q, a_q = 1, √2 Re (x + iy)^q, √2 Im (x + iy)^|q|, where f̃_pq = f_pq/sin^q θ is a
+//! polynomial in z: f̃_qq is constant, and f̃_pq = A_pq z f̃_{p−1,q} − B_pq f̃_{p−2,q} with A_pq² = (4p² −
+//! 1)/(p² − q²), B_pq = A_pq/A_{p−1,q}. `harmonics.wgsl` has the same functions.
 
 use crate::shared::maths::vector::dot;
 use std::f64::consts::PI;
@@ -13,8 +13,9 @@ pub const LANES: usize = 16;
 /// Terms at most.
 pub const MAX_TERMS: usize = 128;
 
-/// The functions y_pq with p ≤ P and |q| ≤ min(p, Q). Order: q = 0 with p = 0 … P, then for q = 1 … Q and p = q … P the
-/// cosine and the sine (−q): the order of complete local maps ([`steradian_prefilter::shrm::pairs`]).
+/// The functions y_pq with p ≤ P and |q| ≤ min(p, Q). Order: q = 0 with p = 0 … P, then for q = 1 … Q and p =
+/// q … P the cosine and the sine (−q): the order of complete local maps
+/// ([`steradian_prefilter::shrm::pairs`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Harmonics {
     p: usize,
@@ -46,7 +47,8 @@ pub fn places(order: usize) -> Vec<usize> {
     lm.map(|(l, m)| place(order, l, m)).collect()
 }
 
-/// `fn harmonics(d: vec3<f32>) -> array<f32, N>` in WGSL: all y_lm up to `order` in the order l² + l + m, written out.
+/// `fn harmonics(d: vec3<f32>) -> array<f32, N>` in WGSL: all y_lm up to `order` in the order l² + l + m,
+/// written out.
 pub fn wgsl(order: usize) -> String {
     let n = (order + 1) * (order + 1);
     let h = Harmonics::new(order, order);
@@ -177,8 +179,8 @@ impl Harmonics {
     }
 }
 
-/// x' = ∂C/∂α and y' = C × x' of the frame at unit C whose pole is +Y (α = acos C.y, β = atan2(C.z, C.x), 0 on the
-/// poles).
+/// x' = ∂C/∂α and y' = C × x' of the frame at unit C whose pole is +Y (α = acos C.y, β = atan2(C.z, C.x), 0
+/// on the poles).
 #[inline(always)]
 pub fn frame([x, y, z]: [f32; 3]) -> [[f32; 3]; 2] {
     let s = (x * x + z * z).sqrt();

@@ -39,7 +39,8 @@ impl Axes {
         Self { axes: [t, cross(n, t), n] }
     }
 
-    /// The same with the bitangent on the other side where `side` is −1, as where a surface's texture is mirrored.
+    /// The same with the bitangent on the other side where `side` is −1, as where a surface's texture is
+    /// mirrored.
     #[inline(always)]
     pub fn sided(n: [f32; 3], t: [f32; 3], side: f32) -> Self {
         Self { axes: [t, cross(n, t).map(|x| side * x), n] }

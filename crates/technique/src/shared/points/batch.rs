@@ -1,5 +1,5 @@
-//! The loops over a batch for techniques that look tables up: point by point, or side by side so that compilers make vectors
-//! of what lies between lookups.
+//! The loops over a batch for techniques that look tables up: point by point, or side by side so that
+//! compilers make vectors of what lies between lookups.
 
 use crate::{Points, Radiance};
 
@@ -57,7 +57,8 @@ pub fn lanes(f: impl Fn(usize) -> f32) -> Lanes {
     std::array::from_fn(f)
 }
 
-/// Points side by side. Those that do not face the viewer are shaded as if seen from above, and their results dropped.
+/// Points side by side. Those that do not face the viewer are shaded as if seen from above, and their results
+/// dropped.
 pub struct Block {
     /// Normals.
     pub n: [Lanes; 3],
@@ -69,8 +70,8 @@ pub struct Block {
     pub index: [usize; WIDTH],
 }
 
-/// What shades a block; mark the function and all that it calls `#[inline(always)]`, so that it is compiled for the instructions
-/// at hand (a closure of this size would not be).
+/// What shades a block; mark the function and all that it calls `#[inline(always)]`, so that it is compiled
+/// for the instructions at hand (a closure of this size would not be).
 pub trait BlockShader {
     /// Radiance of each point, 0.
     fn shade(&self, p: &Block) -> [[f32; 4]; WIDTH];

@@ -8,7 +8,8 @@ use steradian_brdf::central::Centre;
 /// `tangent(n, t)` in WGSL: [`tangent`].
 pub const TANGENT: &str = include_str!("tangent.wgsl");
 
-/// The point's tangent; where the batch has none, that of surfaces without tangents: t = normalize(a × n), a = +Y if
+/// The point's tangent; where the batch has none, that of surfaces without tangents: t = normalize(a × n),
+/// a = +Y if
 /// |n·y| < 0.99, else +X.
 #[inline(always)]
 pub fn tangent(q: &Points<'_>, p: &Point) -> [f32; 3] {

@@ -35,12 +35,12 @@ const ROUNDING: f64 = 1e-11;
 const SUNS: [usize; 3] = [1, 4, 16];
 /// More of them must lower the error to this part of it.
 const WORTH: f64 = 0.8;
-/// Where nobody asks for a tolerance, errors up to 60° stay below this part of the usual one, or suns go: few views see
-/// a sun, and those err by more than the mean.
+/// Where nobody asks for a tolerance, errors up to 60° stay below this part of the usual one, or suns go: few
+/// views see a sun, and those err by more than the mean.
 const MARGIN: f64 = 0.8;
 
-/// Where no P meets the goals, the lowest whose miss is at most so many times the least is taken: misses are fourth powers,
-/// so that errors differ by 5 % at most, and maps grow like (P + 1)².
+/// Where no P meets the goals, the lowest whose miss is at most so many times the least is taken: misses are
+/// fourth powers, so that errors differ by 5 % at most, and maps grow like (P + 1)².
 const ALIKE: f64 = 1.2;
 
 /// What is to be made into maps.
@@ -63,8 +63,8 @@ pub struct Expansion {
     pub report: Report,
 }
 
-/// Chooses orders, the diffuse part and the resolution S, and how many suns are taken out of the light: none where maps
-/// of all of it meet the tolerance; `spacing` gives radians between the texels of a size.
+/// Chooses orders, the diffuse part and the resolution S, and how many suns are taken out of the light: none
+/// where maps of all of it meet the tolerance; `spacing` gives radians between the texels of a size.
 pub fn choose(
     slug: &'static str,
     light: &SunlitSpectrum,
@@ -85,7 +85,8 @@ pub fn choose(
     let wanted = Wanted { slug, slices, totals, p, highest, spacing };
     let mut best = wanted.expand(Apart::round_suns(light, first), task)?;
     let enough = task.tolerance().unwrap_or(MARGIN * TOLERANCE);
-    // What round suns miss of the outlines is more than lobes much narrower than those here are for can do with.
+    // What round suns miss of the outlines is more than lobes much narrower than those here are for can do
+    // with.
     let texels = more.last().map(|_| Apart::suns(light, usize::MAX));
     for apart in more.iter().map(|count| Apart::round_suns(light, *count)).chain(texels) {
         if best.0 <= enough || apart.suns.is_empty() {
@@ -186,8 +187,8 @@ struct Goals {
 }
 
 impl Goals {
-    /// Where nobody asks for a tolerance each elevation that counts is to meet it, not only their mean, and pictures
-    /// should not suffer much from the others. Cut and lookups take their part.
+    /// Where nobody asks for a tolerance each elevation that counts is to meet it, not only their mean, and
+    /// pictures should not suffer much from the others. Cut and lookups take their part.
     fn new(tolerance: f64, everywhere: bool) -> Self {
         let [mean, each, all] =
             if everywhere { [0.85, f64::INFINITY, f64::INFINITY] } else { [0.65, 0.8, 2.5] };
@@ -205,8 +206,8 @@ impl Goals {
     }
 }
 
-/// The lowest P that meets the goals, or that misses them by hardly more than any; with a diffuse part of its own where that
-/// makes P lower or the miss less.
+/// The lowest P that meets the goals, or that misses them by hardly more than any; with a diffuse part of its
+/// own where that makes P lower or the miss less.
 fn search(
     p: &Orders,
     most: usize,

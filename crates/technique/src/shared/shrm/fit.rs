@@ -29,8 +29,8 @@ pub struct How {
     pub each: f64,
 }
 
-/// How much an elevation counts in the fit, in θ_v: all alike up to 60°, then less and less, since what lobes are at
-/// grazing would else spoil the rest; harmonics of the view cannot hold it anyway.
+/// How much an elevation counts in the fit, in θ_v: all alike up to 60°, then less and less, since what lobes
+/// are at grazing would else spoil the rest; harmonics of the view cannot hold it anyway.
 fn emphasis(theta_v: f64, of: Argument) -> f64 {
     let degrees = theta_v.to_degrees();
     match of {
@@ -60,8 +60,8 @@ pub fn best(
     };
     let mut best = one(&emphases)?;
     best.1.even_out(how.each * how.each, &mut emphases);
-    // About the tangent one more p is one more map: better than an error that is spread evenly, and is seen where it
-    // is dark.
+    // About the tangent one more p is one more map: better than an error that is spread evenly, and is seen
+    // where it is dark.
     let once = how.plain || how.everywhere || s.centre == Centre::Tangent;
     for _ in 1..if once { 1 } else { ROUNDS } {
         if met(&best.1) {

@@ -45,8 +45,8 @@ pub fn local_maps(slug: &'static str, e: &Expansion, size: usize, task: &Task) -
     bundle(slug, &plan.maps(&columns(light, order), &terms, task)?)
 }
 
-/// B̂_pq (5.14) as cubes of `size` intervals per edge, for all terms of [`harmonics::Harmonics`] of order P, in their
-/// order; where q = 0 alone is left B_p0, which no frame turns.
+/// B̂_pq (5.14) as cubes of `size` intervals per edge, for all terms of [`harmonics::Harmonics`] of order P,
+/// in their order; where q = 0 alone is left B_p0, which no frame turns.
 pub fn global_maps(slug: &'static str, e: &Expansion, size: usize, task: &Task) -> Result<Bundle, BakeError> {
     let light = &e.apart.rest;
     let order = e.f.min(light.sh.order);

@@ -25,8 +25,8 @@ fn elevations(centre: Centre, count: usize) -> Vec<Slice> {
     (0..count).map(|i| centre.slice(middle(i))).collect()
 }
 
-/// The centre about which low orders hold most of the energy: the tangent for what depends on it alone, else the
-/// mirror direction or the normal.
+/// The centre about which low orders hold most of the energy: the tangent for what depends on it alone, else
+/// the mirror direction or the normal.
 fn best_centre(brdf: &dyn Brdf, task: &Task) -> Result<Centre, CentralError> {
     if !brdf.is_isotropic() {
         return Ok(Centre::Tangent);

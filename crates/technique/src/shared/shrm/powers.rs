@@ -1,4 +1,5 @@
-//! Powers by band and elevation of a reflectance, of what a fit makes of it and of the error: what orders cost.
+//! Powers by band and elevation of a reflectance, of what a fit makes of it and of the error: what orders
+//! cost.
 
 use super::scale::ScaleTable;
 use crate::certify::Report;
@@ -7,8 +8,8 @@ use crate::shared::light::spectral_error::{self, SpectralError};
 use steradian_base::Elevation;
 use steradian_brdf::central::{Centre, Lpq, Slices};
 
-/// Views up to this, degrees, are to meet a tolerance that nobody asked for, and must not fare worse for the others'
-/// sake where somebody does.
+/// Views up to this, degrees, are to meet a tolerance that nobody asked for, and must not fare worse for the
+/// others' sake where somebody does.
 const VIEWS: f64 = 60.0;
 /// How far beyond them elevations are looked at, so that the next one beyond counts too.
 const MARGIN: f64 = 2.0;
@@ -80,7 +81,8 @@ fn elevation(s: &Slices, i: usize) -> f64 {
 }
 
 impl Powers {
-    /// Of the fit `lpq` to `rest`, which is `all` without its diffuse part. Elevations up to 60° count, or all.
+    /// Of the fit `lpq` to `rest`, which is `all` without its diffuse part. Elevations up to 60° count, or
+    /// all.
     pub fn new(seen: &Seen<'_>, all: &Slices, rest: &Slices, lpq: &Lpq, everywhere: bool) -> Self {
         let meter = seen.meter;
         let one = |i: usize| {
@@ -125,7 +127,8 @@ impl Powers {
         used().map(|b| b.weight * of(b)).sum::<f64>() / total
     }
 
-    /// The larger of two squared relative errors: of the mean over elevations that count, and the largest up to 60°.
+    /// The larger of two squared relative errors: of the mean over elevations that count, and the largest up
+    /// to 60°.
     fn larger(&self, of: impl Fn(&Bands) -> f64) -> f64 {
         let mean = ratio(self.mean(false, &of), self.exact(false));
         let near = self.0.iter().filter(|b| b.near);
@@ -152,8 +155,8 @@ impl Powers {
         self.0.iter().filter(|b| b.counts).map(Bands::error).fold(0.0, f64::max)
     }
 
-    /// Gives elevations that count more weight where their squared error is larger than `goal` (Lawson's iteration), or
-    /// than half the mean, so that what cannot meet it does not forget the others.
+    /// Gives elevations that count more weight where their squared error is larger than `goal` (Lawson's
+    /// iteration), or than half the mean, so that what cannot meet it does not forget the others.
     pub fn even_out(&self, goal: f64, emphases: &mut [f64]) {
         let level = goal.max(0.5 * self.mean(false, Bands::error));
         for (e, b) in emphases.iter_mut().zip(&self.0).filter(|(_, b)| b.counts && level > 0.0) {
@@ -167,9 +170,9 @@ impl Powers {
         (0..bands).find(|f| self.larger(|b| b.cut(*f)) <= most).unwrap_or(bands - 1)
     }
 
-    /// F for a tolerance: what the cut adds to the mean square is little, and so is what is seen of it. A cut that is
-    /// small beside a sun's lobe is a row of rings around it, so bands go on until these have faded, or to twice as
-    /// many where a lobe's edge keeps them from fading.
+    /// F for a tolerance: what the cut adds to the mean square is little, and so is what is seen of it. A cut
+    /// that is small beside a sun's lobe is a row of rings around it, so bands go on until these have faded,
+    /// or to twice as many where a lobe's edge keeps them from fading.
     pub fn faded(&self, tolerance: f64) -> usize {
         let little = self.order((0.25 * tolerance).powi(2));
         self.order((0.02 * tolerance).powi(2)).min(2 * little)

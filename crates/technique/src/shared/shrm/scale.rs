@@ -31,8 +31,8 @@ impl ScaleTable {
         Self { first: 0.0, density: 1.0, knots: vec![[1.0; 4]; 2], error: Vec::new() }
     }
 
-    /// From the factors at the middles of equal parts of 0 … 90°, the `angles`, by cubic interpolation, even about 0; 1
-    /// everywhere for less than five.
+    /// From the factors at the middles of equal parts of 0 … 90°, the `angles`, by cubic interpolation, even
+    /// about 0; 1 everywhere for less than five.
     pub fn new(angles: &[f64], factors: &[[f64; 3]]) -> Self {
         let n = angles.len();
         if n < 5 || factors.len() != n {
@@ -86,7 +86,8 @@ fn at(factors: &[[f64; 3]], i: isize) -> [f64; 3] {
     factors[(i as usize).min(factors.len() - 1)]
 }
 
-/// The cubic through the four slices around place `x`, a slice being 1, its first at 0; through the last four at the end.
+/// The cubic through the four slices around place `x`, a slice being 1, its first at 0; through the last four
+/// at the end.
 fn cubic(factors: &[[f64; 3]], x: f64) -> [f64; 3] {
     let first = (x.floor() as isize - 1).min(factors.len() as isize - 4);
     lagrange(factors, [first, first + 1, first + 2, first + 3], x)
@@ -104,9 +105,9 @@ fn lagrange(factors: &[[f64; 3]], nodes: [isize; 4], x: f64) -> [f64; 3] {
     sum
 }
 
-/// Squared relative error at slice `i`: of the cubic, as its four neighbours without it have it (7 times what the cubic
-/// leaves half way between slices; a quarter is taken), and of the lines between knots, whose mean square is 1/120 of
-/// their second differences'.
+/// Squared relative error at slice `i`: of the cubic, as its four neighbours without it have it (7 times what
+/// the cubic leaves half way between slices; a quarter is taken), and of the lines between knots, whose mean
+/// square is 1/120 of their second differences'.
 fn square_error(factors: &[[f64; 3]], i: usize) -> f64 {
     let (n, i) = (factors.len() as isize, i as isize);
     let shift = (i + 2 - (n - 1)).max(0);

@@ -51,8 +51,9 @@ fn finest(t: &Texture) -> (usize, usize, &[[f32; 3]]) {
 }
 
 impl Bumps {
-    /// The bumps of a material's planes; `None` where it has none. White is `relief` times the width of the height map above
-    /// black. Normals are those of the plane of normals where there is one, else the heights' by central differences.
+    /// The bumps of a material's planes; `None` where it has none. White is `relief` times the width of the
+    /// height map above black. Normals are those of the plane of normals where there is one, else the
+    /// heights' by central differences.
     pub fn of(slug: &'static str, m: &Material, relief: f64) -> Result<Option<Self>, BakeError> {
         let field = match m.textures.get(HEIGHT) {
             Some(t) => {
@@ -93,8 +94,8 @@ impl Bumps {
     }
 }
 
-/// Tangent and bitangent across the unit normal `n`, in the frame whose third axis is the surface's own normal: the first axis
-/// projected, and n × it.
+/// Tangent and bitangent across the unit normal `n`, in the frame whose third axis is the surface's own
+/// normal: the first axis projected, and n × it.
 #[inline(always)]
 pub fn frame([x, y, z]: [f32; 3]) -> [[f32; 3]; 2] {
     let t = [1.0 - x * x, -x * y, -x * z];
@@ -110,20 +111,23 @@ pub fn exact_frame(n: DVec3) -> [DVec3; 2] {
     [t, n.cross(t)]
 }
 
-/// The unit vector along a mean of normals, the surface's own normal where they cancel, and the length of the mean.
+/// The unit vector along a mean of normals, the surface's own normal where they cancel, and the length of the
+/// mean.
 #[inline(always)]
 pub fn unit(mean: [f32; 3]) -> ([f32; 3], f32) {
     let length = dot(mean, mean).sqrt();
     (if length > 0.0 { mean.map(|x| x / length) } else { [0.0, 0.0, 1.0] }, length)
 }
 
-/// The normal bent towards the viewer so far that n·wo is not below 0.01, or below that of the surface itself.
+/// The normal bent towards the viewer so far that n·wo is not below 0.01, or below that of the surface
+/// itself.
 #[inline(always)]
 pub fn facing(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     facing_by(n, wo, wo[2].min(GRAZING))
 }
 
-/// The same for whatever a bump sees of another, which may be from below the surface itself: n·wo is not below 0.01.
+/// The same for whatever a bump sees of another, which may be from below the surface itself: n·wo is not
+/// below 0.01.
 #[inline(always)]
 pub fn facing_bump(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     facing_by(n, wo, GRAZING)
@@ -155,8 +159,8 @@ pub fn log_less(x: f32) -> f32 {
     if x < 0.02 { -x * (1.0 + x * (0.5 + x * (0.333_333_34 + x * 0.25))) } else { (1.0 - x).max(0.0).ln() }
 }
 
-/// The twins of [`frame`], as `local_frame(n: vec3<f32>) -> LocalFrame` with members t and b, [`unit()`], without the length,
-/// [`facing`], [`facing_bump`] and [`log_less`], their names after `local_`.
+/// The twins of [`frame`], as `local_frame(n: vec3<f32>) -> LocalFrame` with members t and b, [`unit()`],
+/// without the length, [`facing`], [`facing_bump`] and [`log_less`], their names after `local_`.
 pub const TEXT: &str = include_str!("bumps.wgsl");
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Generalised cosine lobes whose numbers differ from texel to texel, as what averages.
 //!
-//! C and n do not average under a footprint. Levels hold means of C, |C|² and 1/n, the lobe's variance across its axis, weighed
-//! with the largest value ρ max|C|ⁿ of each texel's lobe, about axes of max|C| = 1, so that texels without a lobe have no say: the
-//! length of C is the root of the mean of |C|², its direction that of the mean, and what the directions scatter,
-//! 1 − |E\[C\]|²/E\[|C|²\], half of it each way, adds to 1/n, with ρ scaled so that the lobe keeps its integral.
-//! `cosine_lobes.wgsl` has the same function.
+//! C and n do not average under a footprint. Levels hold means of C, |C|² and 1/n, the lobe's variance across
+//! its axis, weighed with the largest value ρ max|C|ⁿ of each texel's lobe, about axes of max|C| = 1, so that
+//! texels without a lobe have no say: the length of C is the root of the mean of |C|², its direction that of
+//! the mean, and what the directions scatter, 1 − |E\[C\]|²/E\[|C|²\], half of it each way, adds to 1/n, with
+//! ρ scaled so that the lobe keeps its integral. `cosine_lobes.wgsl` has the same function.
 
 use super::texels::Texels;
 use crate::local::{Content, Plane};
@@ -17,7 +17,8 @@ use steradian_scene::surface::{Planes, Texture, Wrap};
 
 /// Lobes at most.
 pub const MOST: usize = 4;
-/// Textures of a lobe: its largest value, and times that C in x, in y, in z, 1/n and |C|², each for red, green and blue.
+/// Textures of a lobe: its largest value, and times that C in x, in y, in z, 1/n and |C|², each for red,
+/// green and blue.
 pub const LAYERS: usize = 6;
 /// Smallest exponent: of 0 there is no inverse.
 pub const LEAST: f64 = 1e-3;
@@ -28,7 +29,8 @@ const ONE: f32 = 1e-5;
 /// A lobe of what a footprint holds, in WGSL: `fn cosine_lobe(rho, x, y, z, s, q: vec3<f32>) -> CosineLobe`.
 pub const WGSL: &str = include_str!("cosine_lobes.wgsl");
 
-/// The images that say the lobes' numbers: factors as colours, C as red, green and blue, exponents as numbers.
+/// The images that say the lobes' numbers: factors as colours, C as red, green and blue, exponents as
+/// numbers.
 pub const PLANES: [Plane; 7] = [
     Plane::new("rho_d", Content::Colours).within(0.0, MOST_FACTOR, 3),
     Plane::new("rho_1", Content::Colours).within(0.0, MOST_FACTOR, 3),
@@ -122,8 +124,8 @@ fn channel(t: &Texture, axis: usize) -> Arc<Texture> {
 }
 
 impl CosineLobes {
-    /// Of the images among `textures` ([`PLANES`]) and, what none says, of a diffuse albedo and lobes; a lobe that neither has is
-    /// Phong's, C = (−1, −1, 1), with n = 1.
+    /// Of the images among `textures` ([`PLANES`]) and, what none says, of a diffuse albedo and lobes; a lobe
+    /// that neither has is Phong's, C = (−1, −1, 1), with n = 1.
     pub fn new(kd: [f64; 3], own: &[[Cosine; 3]], textures: &Planes) -> Self {
         let plane = |name: &str, k: usize| textures.get(&format!("{name}_{k}"));
         let named = (1..=2).filter(|k| ["rho", "c", "n"].iter().any(|n| plane(n, *k).is_some())).max();
@@ -171,7 +173,8 @@ impl CosineLobes {
         out
     }
 
-    /// The reflectance at `uv`, of no footprint: between texels the numbers that stand there, in double precision.
+    /// The reflectance at `uv`, of no footprint: between texels the numbers that stand there, in double
+    /// precision.
     pub fn reflectance(&self, uv: [f32; 2]) -> Lafortune {
         let layer = |k: usize| self.texels.sample(k, uv, 0.0).map(f64::from);
         let lobe = |k: usize| {

@@ -1,16 +1,17 @@
 //! A point's own lobe: its width, and the normals under the point as lookups along several of them.
 //!
-//! Schilling (1997), *Towards Real-Time Photorealistic Rendering*, and Kautz's course notes (2006): the covariance of
-//! the normals under a texel widens the footprint of the lookup. A normal that tilts by δ (in the tangent plane, along
-//! the plane of incidence and across it) turns r = 2(n·wo)n − wo by 2δ_∥ and 2(n·wo)δ_⊥, so
+//! Schilling (1997), *Towards Real-Time Photorealistic Rendering*, and Kautz's course notes (2006): the
+//! covariance of the normals under a texel widens the footprint of the lookup. A normal that tilts by δ (in
+//! the tangent plane, along the plane of incidence and across it) turns r = 2(n·wo)n − wo by 2δ_∥ and
+//! 2(n·wo)δ_⊥, so
 //!
 //! > C = J Σ Jᵀ,  J = diag(2, 2 n·wo)
 //!
-//! is the covariance of r. With its eigenvalues λ₁ ≥ λ₂ and the unit eigenvector e₁, C = λ₂ I + (λ₁ − λ₂) e₁e₁ᵀ: the
-//! round part joins the lobe, alpha'² = alpha² + λ₂/2 (a lobe of alpha spreads r by 2 alpha² per axis, since slopes
-//! of variance alpha²/2 turn r twice as far), and the rest are taps on normals n + x J⁻¹e₁, Gaussian in x. Taps lie
-//! no further apart than 1.5 lobes, which a Gaussian sum does not show; where 17 of them do not suffice, the lobe is
-//! widened until they do, as graphics hardware limits its anisotropy.
+//! is the covariance of r. With its eigenvalues λ₁ ≥ λ₂ and the unit eigenvector e₁, C = λ₂ I + (λ₁ − λ₂)
+//! e₁e₁ᵀ: the round part joins the lobe, alpha'² = alpha² + λ₂/2 (a lobe of alpha spreads r by 2 alpha² per
+//! axis, since slopes of variance alpha²/2 turn r twice as far), and the rest are taps on normals n + x
+//! J⁻¹e₁, Gaussian in x. Taps lie no further apart than 1.5 lobes, which a Gaussian sum does not show; where
+//! 17 of them do not suffice, the lobe is widened until they do, as graphics hardware limits its anisotropy.
 //!
 //! `lobe.wgsl` has the same functions.
 
@@ -73,7 +74,8 @@ pub fn alpha_of(lobe: &PointLobe, own: f32) -> f32 {
 }
 
 impl Taps {
-    /// The taps of a point whose material has width `own`; `finest` is the width of the sharpest map there is.
+    /// The taps of a point whose material has width `own`; `finest` is the width of the sharpest map there
+    /// is.
     #[inline(always)]
     pub fn new(q: &Point, own: f32, finest: f32) -> Self {
         let alpha = alpha_of(&q.lobe, own);
@@ -159,8 +161,8 @@ fn tap(q: &Point, n: [f32; 3], weight: f32) -> Tap {
     Tap { n, r: std::array::from_fn(|k| 2.0 * cos_o * n[k] - q.wo[k]), cos_o, weight }
 }
 
-/// Four normals whose mean has the moments of the normals under the point, for what varies slowly: n ± √2 times
-/// the columns of a root of Σ.
+/// Four normals whose mean has the moments of the normals under the point, for what varies slowly: n ± √2
+/// times the columns of a root of Σ.
 #[inline(always)]
 pub fn normals(q: &Point) -> [[f32; 3]; 4] {
     let [tt, tb, bb] = q.lobe.spread;

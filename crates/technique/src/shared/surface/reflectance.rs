@@ -28,7 +28,8 @@ impl TexelReflectance {
         Some(Self(Numbers::Widths(m.brdf.clone(), widths.clone())))
     }
 
-    /// The reflectance at texture coordinates, of no footprint: between texels with the numbers that stand there.
+    /// The reflectance at texture coordinates, of no footprint: between texels with the numbers that stand
+    /// there.
     pub fn at(&self, uv: [f32; 2]) -> SharedBrdf {
         match &self.0 {
             Numbers::Lobes(lobes) => Arc::new(lobes.reflectance(uv)),

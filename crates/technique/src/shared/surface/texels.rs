@@ -1,4 +1,5 @@
-//! Data per texel of a surface: textures of one size, looked up at texture coordinates on the CPU and as one table of a GPU.
+//! Data per texel of a surface: textures of one size, looked up at texture coordinates on the CPU and as one
+//! table of a GPU.
 
 use crate::gpu::{Format, Level, Shape, Table};
 use std::sync::Arc;
@@ -29,7 +30,8 @@ impl Texels {
         Self(textures.into_iter().map(sized).collect())
     }
 
-    /// From planes of `width` · `height` numbers, rows from the top, three a texture; the last ones are filled up with 0.
+    /// From planes of `width` · `height` numbers, rows from the top, three a texture; the last ones are
+    /// filled up with 0.
     pub fn of_planes(width: usize, height: usize, planes: &[Vec<f32>]) -> Self {
         let zero = vec![0.0; width * height];
         let texture = |three: &[Vec<f32>]| {

@@ -1,5 +1,5 @@
-//! Numbers that begin where a cache line does: a register of AVX-512 is as wide as one, and a load across two takes twice the
-//! time of a load of one.
+//! Numbers that begin where a cache line does: a register of AVX-512 is as wide as one, and a load across two
+//! takes twice the time of a load of one.
 
 use std::ops::{Deref, DerefMut};
 

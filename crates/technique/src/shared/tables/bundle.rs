@@ -1,5 +1,5 @@
-//! Several RGB functions on the sphere, interleaved: one lookup reads the terms of a texel in one run and sums them
-//! with weights.
+//! Several RGB functions on the sphere, interleaved: one lookup reads the terms of a texel in one run and
+//! sums them with weights.
 
 use crate::gpu::{Format, Level, Shape, Table};
 use crate::shared::maths::harmonics::{MAX_TERMS, globe_uv};
@@ -12,7 +12,8 @@ use steradian_prefilter::edge_cube::{direction, face_position};
 /// How directions find texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Grid {
-    /// Lat-long rows and columns; the first and the last row lie on the poles ([`steradian_prefilter::shrm::Grid`]).
+    /// Lat-long rows and columns; the first and the last row lie on the poles
+    /// ([`steradian_prefilter::shrm::Grid`]).
     Globe {
         /// Rows, at least 2.
         rows: usize,
@@ -192,8 +193,8 @@ impl Bundle {
         out
     }
 
-    /// The sum of all functions as one function on the same grid, with weights that `weigh` makes of each texel's
-    /// direction.
+    /// The sum of all functions as one function on the same grid, with weights that `weigh` makes of each
+    /// texel's direction.
     pub fn summed(&self, weigh: impl Fn([f32; 3], &mut [f32; MAX_TERMS]) + Sync) -> Self {
         let (n, grid) = (self.terms, self.grid);
         let mut texels = vec![0.0; 3 * grid.texels()];

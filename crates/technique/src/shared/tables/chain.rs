@@ -1,6 +1,6 @@
 //! A chain of cubes from sharp to blurred, packed into one atlas: level 0 at the left, the others in a column
-//! beside it; levels of one size (a stack) in rows. Cubes with shared edges never read over their border, so levels may
-//! touch and may have any size.
+//! beside it; levels of one size (a stack) in rows. Cubes with shared edges never read over their border, so
+//! levels may touch and may have any size.
 
 use crate::Part;
 use crate::gpu::{Format, Level, Shape, Table};
@@ -19,9 +19,9 @@ impl Chain {
         (!levels.is_empty()).then_some(Self(levels))
     }
 
-    /// `cube` and its halves down to `least` intervals: box filtering by the spacing of each level (K06). A level's
-    /// lookup has a standard deviation of half its spacing: 1/4 of the finer one's square from that level, 1/8 from
-    /// the taps, 1/6 of its own from its interpolation.
+    /// `cube` and its halves down to `least` intervals: box filtering by the spacing of each level (K06). A
+    /// level's lookup has a standard deviation of half its spacing: 1/4 of the finer one's square from that
+    /// level, 1/8 from the taps, 1/6 of its own from its interpolation.
     pub fn halved(cube: &EdgeCube, least: usize) -> Self {
         let mut levels = vec![cube.clone()];
         while let Some(fine) = levels.last()

@@ -85,7 +85,8 @@ pub struct Place {
 }
 
 impl GridStack {
-    /// Entries by their column, row and layer; at least one layer. A single column or row is doubled, as lookups need two.
+    /// Entries by their column, row and layer; at least one layer. A single column or row is doubled, as
+    /// lookups need two.
     pub fn new(
         width: usize,
         height: usize,
@@ -152,7 +153,8 @@ fn mix(a: f32, b: f32, w: f32) -> f32 {
 /// The entry before a place in [0, 1], and the weight of the next.
 #[inline(always)]
 fn cell(u: f32, count: usize) -> (usize, f32) {
-    // Adding 1.5·2²³ rounds to whole numbers; on an entry either side of it is right. Conversion would ask for what is no number.
+    // Adding 1.5·2²³ rounds to whole numbers; on an entry either side of it is right. Conversion would ask
+    // for what is no number.
     const ROUND: f32 = 12_582_912.0;
     let x = u.clamp(0.0, 1.0) * (count - 1) as f32;
     let i = ((x - 0.5 + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as usize).min(count - 2);

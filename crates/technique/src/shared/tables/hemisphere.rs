@@ -1,7 +1,8 @@
 //! Maps over the hemisphere about the normal: rows by elevation, columns by azimuth, without trigonometry.
 //!
-//! Rows are equal steps of √tan(θ/2), dense at the pole, where highlights over the half vector lie, or of √tan(ε/2) with the
-//! elevation ε = π/2 − θ, dense at the horizon, where reflectance over one direction grows. Columns are equal steps of
+//! Rows are equal steps of √tan(θ/2), dense at the pole, where highlights over the half vector lie, or of
+//! √tan(ε/2) with the elevation ε = π/2 − θ, dense at the horizon, where reflectance over one direction
+//! grows. Columns are equal steps of
 //! |y|/(|x| + |y|) in each quadrant, between 0.7 and 1.4 times as far apart as equal angles. `hemisphere.wgsl` has the same
 //! functions.
 
@@ -73,8 +74,8 @@ pub struct Map {
     pub height: usize,
 }
 
-/// The first row below the pole would be the horizon itself, where reflectance has no value: its nodes lie this share of a
-/// step above.
+/// The first row below the pole would be the horizon itself, where reflectance has no value: its nodes lie
+/// this share of a step above.
 const INSIDE: f64 = 0.25;
 
 impl Map {

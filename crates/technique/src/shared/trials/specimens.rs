@@ -27,8 +27,8 @@ pub fn texture(f: impl Fn(usize, usize) -> [f64; 3]) -> Arc<Texture> {
     Arc::new(Texture::new(SIDE, SIDE, &planes).unwrap_or_else(|| Texture::constant([0.0; 3])))
 }
 
-/// Coefficients of u², v², uv, u, v and 1 in red, green and blue: tilted Lambertian facets of several colours, roughly; and ten more, with
-/// which they are some of spherical harmonics.
+/// Coefficients of u², v², uv, u, v and 1 in red, green and blue: tilted Lambertian facets of several
+/// colours, roughly; and ten more, with which they are some of spherical harmonics.
 pub fn polynomial(i: usize, j: usize) -> [[f64; 3]; 16] {
     let (x, y) = ((i as f64 + 0.5) / SIDE as f64, (j as f64 + 0.5) / SIDE as f64);
     let (a, b) = (0.6 * (TAU * x).sin(), 0.4 * (TAU * (x + 2.0 * y)).cos());
@@ -39,8 +39,8 @@ pub fn polynomial(i: usize, j: usize) -> [[f64; 3]; 16] {
     shape.map(|s| colour.map(|c| c * s))
 }
 
-/// A bidirectional texture function of 24 texels a side from 21 views under 21 lights: coloured bumps that shift with the view, with a
-/// highlight.
+/// A bidirectional texture function of 24 texels a side from 21 views under 21 lights: coloured bumps that
+/// shift with the view, with a highlight.
 pub fn apparent() -> Arc<Btf> {
     const TEXELS: usize = SIDE / 2;
     let all = spread(21);

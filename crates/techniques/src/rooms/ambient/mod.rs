@@ -4,9 +4,9 @@
 //!
 //! > L_o(x) = albedo · L_a · ao(x),  ao(x) = (1/π) ∫ V(x, w) (n·w)₊ dw,  L_a = (1/4π) ∫ L dw
 //!
-//! Approximated: L, by its mean over the sphere. The survey's k_a stands for the albedo, and its integral carries no
-//! 1/π; both are written so that a constant light gives the exact result. Refused: any reflectance but Lambert's, and
-//! point lights.
+//! Approximated: L, by its mean over the sphere. The survey's k_a stands for the albedo, and its integral
+//! carries no 1/π; both are written so that a constant light gives the exact result. Refused: any reflectance
+//! but Lambert's, and point lights.
 
 mod bake;
 mod shade;

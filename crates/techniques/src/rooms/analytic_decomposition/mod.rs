@@ -1,20 +1,23 @@
 //! Microfacet models as products of tables of two numbers each.
 //!
-//! Heidrich & Seidel (1999), *Realistic, Hardware-Accelerated Shading and Lighting*, section 3; STAR04 6.2.2, eq. 12:
+//! Heidrich & Seidel (1999), *Realistic, Hardware-Accelerated Shading and Lighting*, section 3; STAR04 6.2.2,
+//! eq. 12:
 //!
 //! > f (n·l) = T1(h·l, n·h) T2(n·l, n·v),  T1 = F D/4,  T2 = G/(n·v)
 //!
-//! (the papers' 1/π with a D that has no 1/π). The n·l of the integral cancels that of the model. As in Steigleder (2002),
-//! *Factorization of the Ashikhmin BRDF for Real-Time Rendering*, Ashikhmin and Shirley's model takes three tables,
+//! (the papers' 1/π with a D that has no 1/π). The n·l of the integral cancels that of the model. As in
+//! Steigleder (2002), *Factorization of the Ashikhmin BRDF for Real-Time Rendering*, Ashikhmin and Shirley's
+//! model takes three tables,
 //!
 //! > f (n·l) = (n·l) [T1(θ_h, φ_h) T2(h·l)/(h·l W) + T3(n·l, n·v)],  W = max(n·l, n·v)
 //!
-//! Approximated: the tables, linear between entries; entries are exact to rounding, and the error falls fourfold as entries
-//! double. Three choices make it so. The coordinate of n·h is the angle θ_h, over which narrow lobes are smooth at their peak.
-//! What is tabulated of G is (n·l)(n·v)/G, by which is divided: at n·v → 0, where G/(n·v) has a limit that the corner
-//! n·l = n·v = 0 has not, it is smooth and in closed form. And W is tabulated over the smaller and the larger cosine, which
-//! has no kink. V is 1 or a shadow's. Units: f in sr⁻¹, radiance in W sr⁻¹ m⁻². Refused: a G that needs n·h too (the
-//! V-cavity's), a D that needs φ_h beside F (anisotropic GGX), other models.
+//! Approximated: the tables, linear between entries; entries are exact to rounding, and the error falls
+//! fourfold as entries double. Three choices make it so. The coordinate of n·h is the angle θ_h, over which
+//! narrow lobes are smooth at their peak. What is tabulated of G is (n·l)(n·v)/G, by which is divided: at n·v
+//! → 0, where G/(n·v) has a limit that the corner n·l = n·v = 0 has not, it is smooth and in closed form. And
+//! W is tabulated over the smaller and the larger cosine, which has no kink. V is 1 or a shadow's. Units: f
+//! in sr⁻¹, radiance in W sr⁻¹ m⁻². Refused: a G that needs n·h too (the V-cavity's), a D that needs φ_h
+//! beside F (anisotropic GGX), other models.
 
 mod bake;
 mod shade;

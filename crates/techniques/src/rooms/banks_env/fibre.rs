@@ -38,7 +38,8 @@ impl Fibre {
         FibreKernel { n: self.n, alpha }
     }
 
-    /// What stays outside the integral: ∫ K ⟨n·wi⟩₊ / ∫ K, where ∫ ⟨n·wi⟩₊ dφ = 2 sin θ_i about the tangent and ∫ dφ = 2π.
+    /// What stays outside the integral: ∫ K ⟨n·wi⟩₊ / ∫ K, where ∫ ⟨n·wi⟩₊ dφ = 2 sin θ_i about the tangent
+    /// and ∫ dφ = 2π.
     fn outside(&self, alpha: f64) -> f64 {
         if !self.mean_cosine {
             return 1.0;

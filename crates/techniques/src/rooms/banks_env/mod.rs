@@ -1,19 +1,21 @@
 //! Highlights of fibres from a three-dimensional prefiltered environment map.
 //!
-//! Banks (1994), *Illumination in Diverse Codimensions*; Kautz, Vázquez, Heidrich & Seidel (2000), *A Unified Approach
-//! to Prefiltered Environment Maps*; STAR04 7.3.6, eqs 33–35:
+//! Banks (1994), *Illumination in Diverse Codimensions*; Kautz, Vázquez, Heidrich & Seidel (2000), *A Unified
+//! Approach to Prefiltered Environment Maps*; STAR04 7.3.6, eqs 33–35:
 //!
 //! > L(t, wo·t) = ∫ L(wi) (√(1 − (wi·t)²) √(1 − (wo·t)²) − (wi·t)(wo·t))₊^N dwi
 //!
-//! With θ_i and θ_o the angles from t this is cosᴺ(θ_i − α)₊, α = π − θ_o: a kernel that is round about t. Kajiya & Kay's
-//! (1989) cosˢ(θ_i − θ_o)₊ (RH02 5.3.1, 5.7.1) is the same with α = θ_o. Both are one stack of maps
+//! With θ_i and θ_o the angles from t this is cosᴺ(θ_i − α)₊, α = π − θ_o: a kernel that is round about t.
+//! Kajiya & Kay's (1989) cosˢ(θ_i − θ_o)₊ (RH02 5.3.1, 5.7.1) is the same with α = θ_o. Both are one stack of
+//! maps
 //!
 //! > G(d, α) = ∫ L(wi) cosᴺ(∠(d, wi) − α)₊ dwi,  G(−d, α) = G(d, π − α)
 //!
-//! of which α ≤ π/2 suffices: d = ±t by the sign of wo·t. `banks-map` and `kajiya-kay` are exact up to the tolerance.
-//! `banks` has a cosine, which eq. 35 drops: its mean over the circle of wi at each θ_i, sin θ_i/π, weighed with the
-//! kernel, stays outside the integral (parameter `mean_cosine` = 1; 0 drops it as the paper does), and light from behind
-//! the surface leaks in. V = 1. Radiance in W sr⁻¹ m⁻². Refused: other reflectances, point lights.
+//! of which α ≤ π/2 suffices: d = ±t by the sign of wo·t. `banks-map` and `kajiya-kay` are exact up to the
+//! tolerance. `banks` has a cosine, which eq. 35 drops: its mean over the circle of wi at each θ_i, sin
+//! θ_i/π, weighed with the kernel, stays outside the integral (parameter `mean_cosine` = 1; 0 drops it as the
+//! paper does), and light from behind the surface leaks in. V = 1. Radiance in W sr⁻¹ m⁻². Refused: other
+//! reflectances, point lights.
 
 mod bake;
 mod fibre;

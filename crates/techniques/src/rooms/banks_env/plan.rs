@@ -14,8 +14,8 @@ const SAMPLES: usize = 24;
 const ALONG: f64 = 0.1;
 /// Intervals per cube edge at most, where none are asked for.
 const SIZE: usize = 128;
-/// Parts of the tolerance: bands left out, interpolation between slices, and between texels. Their squares sum to a third,
-/// since what certificates state lies above what they measure.
+/// Parts of the tolerance: bands left out, interpolation between slices, and between texels. Their squares
+/// sum to a third, since what certificates state lies above what they measure.
 const PARTS: [f64; 3] = [0.2, 0.35, 0.42];
 /// Bands beyond the light's that are looked at.
 const BEYOND: usize = 64;
@@ -104,8 +104,9 @@ impl Plan {
     }
 }
 
-/// The smallest order whose tail is at most `limit` (or the whole spectrum), and that tail: the image's bands above F hold
-/// at most ∫L² less those up to F (Ramamoorthi & Hanrahan 2002, eq. 5.19 in spirit), small lights (2l+1)/4π flux² each.
+/// The smallest order whose tail is at most `limit` (or the whole spectrum), and that tail: the image's bands
+/// above F hold at most ∫L² less those up to F (Ramamoorthi & Hanrahan 2002, eq. 5.19 in spirit), small
+/// lights (2l+1)/4π flux² each.
 fn order(source: &Source, energy: &[f64], limit: f64) -> (usize, f64) {
     let top = source.order();
     let all = product(energy, &source.bands);
@@ -133,7 +134,8 @@ fn order(source: &Source, energy: &[f64], limit: f64) -> (usize, f64) {
     (top, tail)
 }
 
-/// Linear interpolation of a wave of wavenumber l over spacing h errs by (l h)²/√120 of it, and by about 1 at most.
+/// Linear interpolation of a wave of wavenumber l over spacing h errs by (l h)²/√120 of it, and by about 1 at
+/// most.
 fn resolution(source: &Source, energy: &[f64], size: usize, limit: f64) -> (usize, f64) {
     let waves: Vec<f64> = energy.iter().zip(&source.bands).map(|(k, b)| k * b).collect();
     let all = waves.iter().sum();

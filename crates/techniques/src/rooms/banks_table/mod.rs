@@ -1,16 +1,17 @@
 //! Banks's model of fibres from one table over two angles.
 //!
-//! Heidrich & Seidel (1998), *Efficient Rendering of Anisotropic Surfaces Using Computer Graphics Hardware*; Banks (1994),
-//! *Illumination in Diverse Codimensions*; STAR04 6.2.2 and eq. 33. With sin a = l·t and sin b = v·t
+//! Heidrich & Seidel (1998), *Efficient Rendering of Anisotropic Surfaces Using Computer Graphics Hardware*;
+//! Banks (1994), *Illumination in Diverse Codimensions*; STAR04 6.2.2 and eq. 33. With sin a = l·t and sin
+//! b = v·t
 //!
 //! > f (n·l) = (n·l) (k_d cos a + k_s cosᴺ(a + b)₊)
 //!
-//! The bracket depends on two numbers: it is a texture with two coordinates. Approximated: the bracket, linear between
-//! entries. Over the angles the error of cosᴺ is at most N h²/4 with the spacing h of entries in radians, because both second
-//! derivatives are N at most; over l·t and v·t themselves, as texture coordinates of 1998 were
-//! (`coordinate=cosine`), the square root at |l·t| = 1 costs far more. Entries on b = −a are 1. V is 1 or a shadow's. Exact
-//! up to that interpolation. Units: f in sr⁻¹, radiance in W sr⁻¹ m⁻². Refused: other models, and fibres that take light
-//! from behind (`banks-map`, `kajiya-kay`).
+//! The bracket depends on two numbers: it is a texture with two coordinates. Approximated: the bracket,
+//! linear between entries. Over the angles the error of cosᴺ is at most N h²/4 with the spacing h of entries
+//! in radians, because both second derivatives are N at most; over l·t and v·t themselves, as texture
+//! coordinates of 1998 were (`coordinate=cosine`), the square root at |l·t| = 1 costs far more. Entries on
+//! b = −a are 1. V is 1 or a shadow's. Exact up to that interpolation. Units: f in sr⁻¹, radiance in W sr⁻¹
+//! m⁻². Refused: other models, and fibres that take light from behind (`banks-map`, `kajiya-kay`).
 
 mod bake;
 mod shade;

@@ -1,4 +1,5 @@
-//! Lookups and sums; `shade.wgsl`, and of each method `local.wgsl`, `view.wgsl` and `chained.wgsl`, have the same functions.
+//! Lookups and sums; `shade.wgsl`, and of each method `local.wgsl`, `view.wgsl` and `chained.wgsl`, have the
+//! same functions.
 
 use super::bake::{MOST, Tables};
 use crate::gpu::{Buffer, Numbers, Uniform, Value};

@@ -20,8 +20,9 @@ fn bake(spec: &str, map: Option<Btf>, parameters: &str) -> Box<dyn LocalBake> {
     t.bake(&material, None, &params, &Task::quiet()).expect("bakes")
 }
 
-/// Every method keeps a function of as many components as it has: at the directions of the map and the middles of texels the number itself
-/// over π, between lights the cosine, between texels and directions what lies between; nothing from below.
+/// Every method keeps a function of as many components as it has: at the directions of the map and the
+/// middles of texels the number itself over π, between lights the cosine, between texels and directions what
+/// lies between; nothing from below.
 #[test]
 fn maps_are_shaded_as_they_are() {
     let all = spread(6);
@@ -60,7 +61,8 @@ fn maps_are_shaded_as_they_are() {
     }
 }
 
-/// The certificate is the error between decoded and kept numbers, and falls with components; what the file's directions miss is not in it.
+/// The certificate is the error between decoded and kept numbers, and falls with components; what the file's
+/// directions miss is not in it.
 #[test]
 fn more_components_err_less() {
     let map = |k: usize, method: &str| {
@@ -73,7 +75,8 @@ fn more_components_err_less() {
     }
 }
 
-/// Without a map the reflectance from 81 views under 81 lights: itself at these, and its certificate what lies between.
+/// Without a map the reflectance from 81 views under 81 lights: itself at these, and its certificate what
+/// lies between.
 #[test]
 fn a_reflectance_is_tabulated() {
     let spec = "ggx:alpha=0.6,f0=0.9/0.6/0.3";

@@ -1,24 +1,27 @@
 //! Bump mapping: Blinn's highlight and a diffuse part about normals of a texture.
 //!
-//! Kilgard (2000), *A Practical and Robust Bump-mapping Technique for Today's GPUs*; Blinn (1978), *Simulation of Wrinkled
-//! Surfaces*; STAR04 6.3.1. With n' the normal of the texel and h between l and v,
+//! Kilgard (2000), *A Practical and Robust Bump-mapping Technique for Today's GPUs*; Blinn (1978),
+//! *Simulation of Wrinkled Surfaces*; STAR04 6.3.1. With n' the normal of the texel and h between l and v,
 //!
 //! > L_o = Σ_l E_l s(n·l) (k_d/π (n'·l)₊ + k_s (n'·h)₊ᴺ)
 //!
-//! Where the surface itself turns away from the light it is dark, whatever its texels say: s is 1 above the surface's horizon
-//! and 0 below, or Kilgard's ramp min(1, 8 (n·l)₊), which hides the step. n' comes from a height map by central differences
-//! (error O(Δ²) in the distance Δ of texels) or from a normal map. Approximated: what lies under a sample's footprint. Levels
-//! hold the mean n̄ of the normals and their covariance Σ. The diffuse part takes n̄ as it is, shorter than 1: exact where
-//! n'·l > 0 throughout. The highlight is widened in one of three ways:
+//! Where the surface itself turns away from the light it is dark, whatever its texels say: s is 1 above the
+//! surface's horizon and 0 below, or Kilgard's ramp min(1, 8 (n·l)₊), which hides the step. n' comes from a
+//! height map by central differences (error O(Δ²) in the distance Δ of texels) or from a normal map.
+//! Approximated: what lies under a sample's footprint. Levels hold the mean n̄ of the normals and their
+//! covariance Σ. The diffuse part takes n̄ as it is, shorter than 1: exact where n'·l > 0 throughout. The
+//! highlight is widened in one of three ways:
 //!
 //! - `mean`: not at all, about n̄/|n̄|;
-//! - `toksvig` (Toksvig 2005, *Mipmapping Normal Maps*): N' = N |n̄|/(|n̄| + N (1 − |n̄|)), times (1 + N')/(1 + N);
-//! - `covariance`: (n'·h)ᴺ is nearly a Gaussian of variance 1/N in the tangential part δ of h; with the normals' own it is
-//!   the Gaussian of covariance I/N + Σ, times 1/√det(I + N Σ). Its exponent along δ, δᵀ(I/N + Σ)⁻¹δ/|δ|², stands in the
-//!   power of n'·h, so that Σ = 0 gives the formula itself.
+//! - `toksvig` (Toksvig 2005, *Mipmapping Normal Maps*): N' = N |n̄|/(|n̄| + N (1 − |n̄|)), times (1 +
+//!   N')/(1 + N);
+//! - `covariance`: (n'·h)ᴺ is nearly a Gaussian of variance 1/N in the tangential part δ of h; with the
+//!   normals' own it is the Gaussian of covariance I/N + Σ, times 1/√det(I + N Σ). Its exponent along δ,
+//!   δᵀ(I/N + Σ)⁻¹δ/|δ|², stands in the power of n'·h, so that Σ = 0 gives the formula itself.
 //!
-//! Bumps cast no shadows on each other ([`super::bump_horizon`] has those). Exact per texel. Units: k_d and k_s as those of
-//! `blinn-phong-gl`, radiance in W sr⁻¹ m⁻². Refused: other models than `blinn-phong-gl` and `lambert`.
+//! Bumps cast no shadows on each other ([`super::bump_horizon`] has those). Exact per texel. Units: k_d and
+//! k_s as those of `blinn-phong-gl`, radiance in W sr⁻¹ m⁻². Refused: other models than `blinn-phong-gl` and
+//! `lambert`.
 
 mod bake;
 mod error;

@@ -22,8 +22,8 @@ pub struct Texel {
     pub peak: f32,
 }
 
-/// Covariance of the unit normals' x and y as that of their parts along tangent and bitangent: a tilt of (dx, dy) tilts z by
-/// −(x dx + y dy)/z.
+/// Covariance of the unit normals' x and y as that of their parts along tangent and bitangent: a tilt of (dx,
+/// dy) tilts z by −(x dx + y dy)/z.
 #[inline(always)]
 fn turned([xx, xy, yy]: [f32; 3], n: [f32; 3], [t, b]: [[f32; 3]; 2]) -> [f32; 3] {
     let z = n[2].max(LEAST_Z);

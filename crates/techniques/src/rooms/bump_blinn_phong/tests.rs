@@ -53,8 +53,8 @@ fn flat_heights_are_no_bumps() {
     assert!(none.certificate().error < 1e-6 && none.normals().is_none() && all[1].normals().is_some());
 }
 
-/// The mean of the diffuse part over 2 × 2 texels is the filtered one, where none of them turns away: also under ways that do
-/// nothing else alike.
+/// The mean of the diffuse part over 2 × 2 texels is the filtered one, where none of them turns away: also
+/// under ways that do nothing else alike.
 #[test]
 fn the_diffuse_part_filters_exactly() {
     let side = specimens::SIDE as f32;

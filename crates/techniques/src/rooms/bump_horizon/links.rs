@@ -38,8 +38,8 @@ pub struct Scatter {
 
 /// `count` directions.
 pub(super) fn directions(count: usize) -> Vec<Direction> {
-    // Each pair of reflections is one of as many pairs of directions as there are directions: shuffled, so that all of these
-    // stand for all pairs.
+    // Each pair of reflections is one of as many pairs of directions as there are directions: shuffled, so
+    // that all of these stand for all pairs.
     let mut order: Vec<usize> = (0..count).collect();
     let mut random = Pcg32::new(19, 5);
     for k in (1..count).rev() {
@@ -116,8 +116,9 @@ impl Scatter {
         Ok((links.met() > 0.0).then_some(Self { directions, links, bounces, size }))
     }
 
-    /// The texel that a point's direction `k` meets: that of the link of a texel in the square that the point stands for, one texel
-    /// wide at least. All directions together interpolate between texels and average over footprints.
+    /// The texel that a point's direction `k` meets: that of the link of a texel in the square that the point
+    /// stands for, one texel wide at least. All directions together interpolate between texels and average
+    /// over footprints.
     #[inline(always)]
     pub(super) fn meets(&self, at: Place, k: usize) -> Option<usize> {
         let o = self.directions[k].offset;

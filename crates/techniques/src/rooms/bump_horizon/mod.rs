@@ -1,27 +1,31 @@
-//! Bumps that shadow themselves: any reflectance about normals of a texture, times what each texel sees of the light.
+//! Bumps that shadow themselves: any reflectance about normals of a texture, times what each texel sees of
+//! the light.
 //!
-//! Heidrich, Daubert, Kautz & Seidel (2000), *Illuminating Micro Geometry Based on Precomputed Visibility*; Sloan & Cohen (2000),
-//! *Interactive Horizon Mapping*; Max (1988); STAR04 6.4.2. With the texel's normal n' and its horizon
+//! Heidrich, Daubert, Kautz & Seidel (2000), *Illuminating Micro Geometry Based on Precomputed Visibility*;
+//! Sloan & Cohen (2000), *Interactive Horizon Mapping*; Max (1988); STAR04 6.4.2. With the texel's normal n'
+//! and its horizon
 //!
 //! > L_o = Σ_l E_l V(l) f'(l, v) (n'·l)₊
 //!
-//! f' in the frame of n'. V by `shadow=horizon`: the elevation e of the horizon at `azimuths` equal steps, linear between
-//! them; lit where the light stands above it, or, for a light of angular radius ρ (`width`), the part of its disk that a straight
-//! horizon leaves, 1 − (acos x − x √(1 − x²))/π with x = (θ − e)/ρ. By `shadow=ellipse`: five numbers, lit where
-//! a x² + b xy + c y² + d x + e y ≤ 1 of the light's tangential part (x, y). Approximated: the horizon between azimuths or by its conic, and both between
-//! texels, where elevations and coefficients are interpolated, and averaged under a footprint, as normals are. Where n' turns
-//! away from the viewer it is bent back, as other shading normals are. Exact without bumps.
+//! f' in the frame of n'. V by `shadow=horizon`: the elevation e of the horizon at `azimuths` equal steps,
+//! linear between them; lit where the light stands above it, or, for a light of angular radius ρ (`width`),
+//! the part of its disk that a straight horizon leaves, 1 − (acos x − x √(1 − x²))/π with x = (θ − e)/ρ. By
+//! `shadow=ellipse`: five numbers, lit where a x² + b xy + c y² + d x + e y ≤ 1 of the light's tangential
+//! part (x, y). Approximated: the horizon between azimuths or by its conic, and both between texels, where
+//! elevations and coefficients are interpolated, and averaged under a footprint, as normals are. Where n'
+//! turns away from the viewer it is bent back, as other shading normals are. Exact without bumps.
 //!
-//! With `bounces` light from bump to bump is added, along links S_i(p) that were followed beforehand from each texel along fixed
-//! directions d_i (the paper's scattering textures; STAR04 6.4.3):
+//! With `bounces` light from bump to bump is added, along links S_i(p) that were followed beforehand from
+//! each texel along fixed directions d_i (the paper's scattering textures; STAR04 6.4.3):
 //!
 //! > L(p) += Σ_i w_i f'(d_i, v)(n'·d_i) L_d(S_i(p), −d_i), w_i (n'·d_i) = π/N
 //!
-//! with the direct light L_d, shadows included, of the texel that is met. Ours are fixed in the frame of n' (in that of the
-//! surface half of a set lies below any bump) and cosine-distributed. Light of b + 1 reflections takes at each texel one link more,
-//! that of another direction, so that the cost is `bounces` · N lookups and no power of N. Approximated: the integral over directions
-//! by N, the texel that is met by the nearest one.
-//! Units: radiance in W sr⁻¹ m⁻². The height map repeats, and its texels count as squares on the surface.
+//! with the direct light L_d, shadows included, of the texel that is met. Ours are fixed in the frame of n'
+//! (in that of the surface half of a set lies below any bump) and cosine-distributed. Light of b + 1
+//! reflections takes at each texel one link more, that of another direction, so that the cost is `bounces` ·
+//! N lookups and no power of N. Approximated: the integral over directions by N, the texel that is met by the
+//! nearest one. Units: radiance in W sr⁻¹ m⁻². The height map repeats, and its texels count as squares on the
+//! surface.
 
 mod bake;
 mod error;

@@ -24,8 +24,8 @@ fn double(d: [f32; 3]) -> DVec3 {
     DVec3::from_array(d.map(f64::from))
 }
 
-/// What reaches the viewer after one reflection more than direct light, and up to `bounces` more, of a light in the direction
-/// `wi` above the surface, over its irradiance.
+/// What reaches the viewer after one reflection more than direct light, and up to `bounces` more, of a light
+/// in the direction `wi` above the surface, over its irradiance.
 #[inline(always)]
 pub(super) fn bounced(t: &Relief, s: &Scatter, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     let count = s.directions.len();
@@ -62,8 +62,8 @@ pub(super) fn bounced(t: &Relief, s: &Scatter, x: &Texel, wi: [f32; 3], wo: [f32
     sum
 }
 
-/// The same with many directions, each path with random ones after the first, and rays in place of horizons: the yardstick of
-/// certificates.
+/// The same with many directions, each path with random ones after the first, and rays in place of horizons:
+/// the yardstick of certificates.
 pub(super) fn exact(
     t: &Relief,
     caster: &Caster<'_>,

@@ -1,4 +1,5 @@
-//! The reflectance about a texel's normal and what the texel sees of a light; `shade.wgsl` has the same functions.
+//! The reflectance about a texel's normal and what the texel sees of a light; `shade.wgsl` has the same
+//! functions.
 
 use super::bake::{Kept, Relief};
 use super::horizon::{Texel, seen};

@@ -49,7 +49,8 @@ fn flat_heights_are_no_bumps() {
     }
 }
 
-/// A symmetric groove's horizon is an ellipse: across it light arrives from the slope to its rim on, along it all light does.
+/// A symmetric groove's horizon is an ellipse: across it light arrives from the slope to its rim on, along it
+/// all light does.
 #[test]
 fn a_grooves_ellipse_is_exact() {
     // Rims at column 0, the bottom in the middle: slope 1 with a relief of a half.

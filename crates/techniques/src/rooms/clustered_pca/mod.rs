@@ -1,14 +1,14 @@
 //! Precomputed radiance transfer of glossy surfaces, compressed by clustered principal components.
 //!
-//! Sloan, Hall, Hart & Snyder (2003), *Clustered Principal Components for Precomputed Radiance Transfer*, ACM Transactions
-//! on Graphics 22(3); STAR04 7.4.4 (reference 84).
+//! Sloan, Hall, Hart & Snyder (2003), *Clustered Principal Components for Precomputed Radiance Transfer*, ACM
+//! Transactions on Graphics 22(3); STAR04 7.4.4 (reference 84).
 //!
 //! > L' ≈ M_k0 L + Σ_i w_i(x) M_ki L,  k the cluster of x;  L_o = Σ_i c_i(wo) L'_i
 //!
-//! Light, visibility and reflectance are those of `prt_glossy` (Sloan, Kautz & Snyder 2002). A site keeps its cluster and a few
-//! weights; the matrices of the clusters are multiplied with the light once a frame, whatever the number of sites. What
-//! the compression loses, and how far its error steps across seams between clusters, is measured and stated. Refused:
-//! point lights, reflections between surfaces.
+//! Light, visibility and reflectance are those of `prt_glossy` (Sloan, Kautz & Snyder 2002). A site keeps its
+//! cluster and a few weights; the matrices of the clusters are multiplied with the light once a frame,
+//! whatever the number of sites. What the compression loses, and how far its error steps across seams between
+//! clusters, is measured and stated. Refused: point lights, reflections between surfaces.
 
 mod bake;
 mod shade;

@@ -5,10 +5,10 @@
 //!
 //! > L_o(n) = albedo · E(n)/π,  E(n) = ∫ L(wi) ⟨n·wi⟩₊ dwi
 //!
-//! The map holds E/π (radiance of a white surface, W sr⁻¹ m⁻²) over n on a cube. Filtered in frequency space with
-//! A_l to the order that the tolerance needs, small lights exactly; nothing of L is approximated beyond that
-//! tolerance and the map's bilinear lookup. V = 1; f is exact. Refused: any reflectance but Lambert's, and point
-//! lights.
+//! The map holds E/π (radiance of a white surface, W sr⁻¹ m⁻²) over n on a cube. Filtered in frequency space
+//! with A_l to the order that the tolerance needs, small lights exactly; nothing of L is approximated beyond
+//! that tolerance and the map's bilinear lookup. V = 1; f is exact. Refused: any reflectance but Lambert's,
+//! and point lights.
 
 mod bake;
 mod shade;

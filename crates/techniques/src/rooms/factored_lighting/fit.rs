@@ -21,8 +21,9 @@ pub const PER_UNKNOWN: usize = 24;
 const MOST: usize = 600_000;
 /// Radiance below this share of the mean counts as this share.
 const FLOOR: f64 = 1e-4;
-/// Weight of smoothness beside that of the samples that see an unknown, of the factors over n, r, wo and n·wo. What is
-/// no product would be fitted as a grain of texels, by the factor over n most of all, which is smooth by nature.
+/// Weight of smoothness beside that of the samples that see an unknown, of the factors over n, r, wo and
+/// n·wo. What is no product would be fitted as a grain of texels, by the factor over n most of all, which is
+/// smooth by nature.
 const SMOOTH: [f64; 4] = [1.0, 0.1, 0.1, 0.03];
 /// Steps of each solution, and where it stops earlier.
 const STEPS: usize = 60;

@@ -1,20 +1,21 @@
 //! The prefiltered light of an isotropic reflectance as a product of maps.
 //!
-//! Latta & Kolb (2002), *Homomorphic Factorization of BRDF-based Lighting Computation*; STAR04 7.3.5 (the same 4-D
-//! input as Cabral's, compressed); McCool, Ang & Ahmad (2001), *Homomorphic Factorization of BRDFs for High-Performance
-//! Rendering*; RH02 5.8 on factors over n:
+//! Latta & Kolb (2002), *Homomorphic Factorization of BRDF-based Lighting Computation*; STAR04 7.3.5 (the
+//! same 4-D input as Cabral's, compressed); McCool, Ang & Ahmad (2001), *Homomorphic Factorization of BRDFs
+//! for High-Performance Rendering*; RH02 5.8 on factors over n:
 //!
 //! > **ln L_o(wo, n) ≈ Σ_j P_j(π_j)**, π ∈ {n, r, n·wo, wo} as the parameters choose
 //!
-//! by least squares over exact samples of L_o (eq. 32), uniform over normals and views. Each P_j is a map whose bilinear
-//! weights are the entries of the sample's row; rows that ask each texel to be the mean of its neighbours fill what the
-//! samples leave open. Rows count by a power `weight` of the radiance, and the solution is refined about itself: with 1
-//! the absolute error is minimised, with 0 the relative one, as published, and the default is half-way. Radiance below 1e-4
-//! of its mean counts as that. The maps hold logarithms, in steps of halves.
+//! by least squares over exact samples of L_o (eq. 32), uniform over normals and views. Each P_j is a map
+//! whose bilinear weights are the entries of the sample's row; rows that ask each texel to be the mean of its
+//! neighbours fill what the samples leave open. Rows count by a power `weight` of the radiance, and the
+//! solution is refined about itself: with 1 the absolute error is minimised, with 0 the relative one, as
+//! published, and the default is half-way. Radiance below 1e-4 of its mean counts as that. The maps hold
+//! logarithms, in steps of halves.
 //!
-//! The factors' form is the one approximation: light and reflectance must be a product. V = 1. Radiance in W sr⁻¹ m⁻².
-//! The light is static, up to a rotation, which turns the frame of n, r and wo. Refused: anisotropic reflectance, point
-//! lights.
+//! The factors' form is the one approximation: light and reflectance must be a product. V = 1. Radiance in W
+//! sr⁻¹ m⁻². The light is static, up to a rotation, which turns the frame of n, r and wo. Refused:
+//! anisotropic reflectance, point lights.
 
 mod bake;
 mod fit;

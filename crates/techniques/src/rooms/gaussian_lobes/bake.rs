@@ -78,7 +78,8 @@ impl Part for Fitted {
 
 /// Lookups of a stretched lobe lie so many widths apart: their sum is even to a hundredth.
 const APART: f64 = 2.0;
-/// And reach so many standard deviations of the sweep to either side; `shade` weights them as a Gaussian with 2 at the ends.
+/// And reach so many standard deviations of the sweep to either side; `shade` weights them as a Gaussian with
+/// 2 at the ends.
 const REACH: f64 = 2.27;
 /// Sweeps of less than this times σ widen a lobe by a hundredth.
 const LEAST: f64 = 0.15;

@@ -1,5 +1,5 @@
-//! What a point costs a GPU, counted in the shader: the paper has 54 instructions without visibility, and 107, 140 and 181 with 2,
-//! 3 and 4 bands of it.
+//! What a point costs a GPU, counted in the shader: the paper has 54 instructions without visibility, and
+//! 107, 140 and 181 with 2, 3 and 4 bands of it.
 
 use super::tests::{on_mesh, seen_by};
 use crate::shared::trials::lights;

@@ -35,7 +35,8 @@ pub struct Light {
     distant: DistantLight,
 }
 
-/// 1 − the mean of cos θ under a spherical Gaussian: about σ² where it is narrow, 1 where it is the whole sphere.
+/// 1 − the mean of cos θ under a spherical Gaussian: about σ² where it is narrow, 1 where it is the whole
+/// sphere.
 pub(super) fn moment(sigma: f64) -> f64 {
     let lambda = (sigma * sigma).recip();
     // coth λ − 1/λ = 1 + 2/(e^(2λ) − 1) − 1/λ.

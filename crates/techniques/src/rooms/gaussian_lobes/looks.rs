@@ -10,7 +10,8 @@ use glam::{DVec3, Vec3};
 use steradian_prefilter::probe;
 use steradian_sphere::Frame;
 
-/// Of each lobe towards `wo`: the direction of its mean, the zonal coefficients of visibility there, and its weight.
+/// Of each lobe towards `wo`: the direction of its mean, the zonal coefficients of visibility there, and its
+/// weight.
 fn looks(v: &Views, n: DVec3, wo: DVec3) -> Vec<([f32; 3], [f32; 4], f64)> {
     let to = |v: DVec3| v.as_vec3().to_array();
     if v.is_turned() {

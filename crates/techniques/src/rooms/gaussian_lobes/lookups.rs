@@ -32,7 +32,8 @@ pub(super) fn number(taps: f32) -> usize {
     if taps > 1.001 { (taps - 1e-3).ceil().max(3.0) as usize } else { 1 }
 }
 
-/// The lookups of a stretched lobe by their number: where each lies in standard deviations of the sweep, and its weight of 1.
+/// The lookups of a stretched lobe by their number: where each lies in standard deviations of the sweep, and
+/// its weight of 1.
 pub(super) static TAPS: LazyLock<Vec<Vec<[f32; 2]>>> =
     LazyLock::new(|| (0..=MAX_TAPS as usize).map(taps).collect());
 

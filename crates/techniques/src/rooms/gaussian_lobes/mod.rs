@@ -1,20 +1,23 @@
 //! A few Gaussians about the mirror direction, looked up in one chain of maps that serves every material.
 //!
-//! Green, Kautz & Durand (2007), *Efficient Reflectance and Visibility Approximations for Environment Map Rendering*, eqs
-//! 2–5 and 8:
+//! Green, Kautz & Durand (2007), *Efficient Reflectance and Visibility Approximations for Environment Map
+//! Rendering*, eqs 2–5 and 8:
 //!
 //! > L_o ≈ ρ_d E(n)/π + Σ_k w_k (G_σk ⋆ L)(r + μ_k),  w, σ, μ functions of n·wo
 //!
-//! The light is a chain of cubes: level 0 the light itself, then L convolved with spherical Gaussians, σ_{j+1} = 2σ_j; it
-//! depends on no material. The reflectance is the fit of [`steradian_brdf::fit::gaussian`], about a kilobyte: N elevations
-//! of K lobes, round or stretched along the plane of incidence, whose logarithms of widths, angles and weights are linear in between. A lobe's width lies between two levels, mixed
-//! so that the mean cosine about its axis is its own: the second moment, exactly also where lobes are wide. The diffuse
-//! part, split off before the fit, is looked up in a map of E/π. Radiance in W sr⁻¹ m⁻².
+//! The light is a chain of cubes: level 0 the light itself, then L convolved with spherical Gaussians,
+//! σ_{j+1} = 2σ_j; it depends on no material. The reflectance is the fit of
+//! [`steradian_brdf::fit::gaussian`], about a kilobyte: N elevations of K lobes, round or stretched along the
+//! plane of incidence, whose logarithms of widths, angles and weights are linear in between. A lobe's width
+//! lies between two levels, mixed so that the mean cosine about its axis is its own: the second moment,
+//! exactly also where lobes are wide. The diffuse part, split off before the fit, is looked up in a map of
+//! E/π. Radiance in W sr⁻¹ m⁻².
 //!
-//! V = 1, or section 3.3 with eq. 7: each lookup is multiplied by the visibility V(r + μ_k) of the point, of a few bands of
-//! spherical harmonics baked at the vertices of a mesh (`visibility`); from the diffuse part their blocked irradiance is taken
-//! (PRT: Sloan, Kautz & Snyder 2002). Light that surfaces send to each other is left out. Anisotropic reflectance has lobes by elevation and
-//! azimuth of the view, beside the plane of incidence and along directions of their own (`turned`). Refused: point lights.
+//! V = 1, or section 3.3 with eq. 7: each lookup is multiplied by the visibility V(r + μ_k) of the point, of
+//! a few bands of spherical harmonics baked at the vertices of a mesh (`visibility`); from the diffuse part
+//! their blocked irradiance is taken (PRT: Sloan, Kautz & Snyder 2002). Light that surfaces send to each
+//! other is left out. Anisotropic reflectance has lobes by elevation and azimuth of the view, beside the
+//! plane of incidence and along directions of their own (`turned`). Refused: point lights.
 
 mod bake;
 #[cfg(test)]

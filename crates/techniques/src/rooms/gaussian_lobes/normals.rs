@@ -1,5 +1,6 @@
-//! Normals that vary under the point: σ_k² grows by what they spread the reflection (the paper's future work), and where they vary
-//! along one direction more than across it, lookups lie along that one. `normals.wgsl` has the same functions.
+//! Normals that vary under the point: σ_k² grows by what they spread the reflection (the paper's future
+//! work), and where they vary along one direction more than across it, lookups lie along that one.
+//! `normals.wgsl` has the same functions.
 
 use super::GaussianLobes;
 use super::frame::Frame;

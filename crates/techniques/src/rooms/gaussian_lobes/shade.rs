@@ -1,5 +1,5 @@
-//! Per lobe two lookups in tables of views and one in the chain, times what is seen there; the `.wgsl` files have the same
-//! functions.
+//! Per lobe two lookups in tables of views and one in the chain, times what is seen there; the `.wgsl` files
+//! have the same functions.
 
 use super::GaussianLobes;
 use super::frame::Frame;

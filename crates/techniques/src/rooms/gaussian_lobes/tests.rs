@@ -43,7 +43,8 @@ fn shade(b: &dyn AnyBake) -> Vec<[f64; 3]> {
     (0..q.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
 }
 
-/// Phong's lobe of exponent n is the Gaussian of σ² = 1/n up to O(1/n): one lobe gives Phong's own map (eq. 5).
+/// Phong's lobe of exponent n is the Gaussian of σ² = 1/n up to O(1/n): one lobe gives Phong's own map (eq.
+/// 5).
 #[test]
 fn phong_by_one_lobe_is_phongs_map() {
     let (light, task) = (lights::smooth(), Task::quiet());
@@ -125,8 +126,8 @@ fn a_given_fit_is_not_fitted_again() {
     assert_eq!(fitted.fit, fit);
 }
 
-/// Turning the view by a quarter of a degree makes no step of radiance beyond what the light's own changes make
-/// ("temporally coherent", section 6 of the paper).
+/// Turning the view by a quarter of a degree makes no step of radiance beyond what the light's own changes
+/// make ("temporally coherent", section 6 of the paper).
 #[test]
 fn views_follow_each_other_without_steps() {
     let (light, task) = (lights::studio(), Task::quiet());
@@ -214,8 +215,8 @@ pub(super) fn brushed() -> GaussianFit {
     GaussianFit { views, ..fit }
 }
 
-/// Lookups along the sweeps of anisotropic lobes against the integral of their closed form over the light; saved and loaded, the same
-/// bits.
+/// Lookups along the sweeps of anisotropic lobes against the integral of their closed form over the light;
+/// saved and loaded, the same bits.
 #[test]
 fn lobes_beside_the_plane_are_sums_of_lookups() {
     let (light, task) = (lights::smooth(), Task::quiet());
@@ -319,8 +320,8 @@ fn a_sphere_shades_as_without_visibility() {
     }
 }
 
-/// A wall that blocks half of what a point sees: of lobes whose mean lies in its plane half is seen, at any width and by any
-/// number of bands, and half of the sky's irradiance. Inside a closed box nothing is seen.
+/// A wall that blocks half of what a point sees: of lobes whose mean lies in its plane half is seen, at any
+/// width and by any number of bands, and half of the sky's irradiance. Inside a closed box nothing is seen.
 #[test]
 fn half_a_space_and_a_closed_one_are_closed_forms() {
     let wall = Arc::new(steradian_scene::shapes::cuboid([2.0, 2000.0, 2000.0], 1));
@@ -365,8 +366,8 @@ fn half_a_space_and_a_closed_one_are_closed_forms() {
     }
 }
 
-/// V at a mean, and V convolved with the lobe, of 3 bands of blocked coefficients against the harmonics and against the lobe's
-/// own integral over them.
+/// V at a mean, and V convolved with the lobe, of 3 bands of blocked coefficients against the harmonics and
+/// against the lobe's own integral over them.
 #[test]
 fn visibility_is_the_harmonics_and_their_mean_under_the_lobe() {
     use steradian_sphere::sh;
@@ -445,8 +446,8 @@ fn shadowed_bakes_are_saved_and_relinked() {
     assert_eq!(e.to_string(), "gaussian_lobes: bakes per site of a mesh: give one (--mesh)");
 }
 
-/// The texts for every treatment and number of bands are valid; with a diffuse part, and with a turned lobe, those for none, for
-/// the mean and for most bands.
+/// The texts for every treatment and number of bands are valid; with a diffuse part, and with a turned lobe,
+/// those for none, for the mean and for most bands.
 #[test]
 fn shaders_of_visibility_are_valid() {
     let g = Geometry::new(Arc::new(steradian_scene::shapes::icosphere(0)), crate::Sites::Vertices);

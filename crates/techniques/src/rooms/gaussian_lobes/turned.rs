@@ -1,5 +1,5 @@
-//! Anisotropic reflectance: lobes by elevation and azimuth of the view, their means beside the plane of incidence, each swept along a direction
-//! of its own. `turned.wgsl` has the same functions.
+//! Anisotropic reflectance: lobes by elevation and azimuth of the view, their means beside the plane of
+//! incidence, each swept along a direction of its own. `turned.wgsl` has the same functions.
 
 use super::GaussianLobes;
 use super::frame::Frame;

@@ -5,14 +5,16 @@ use crate::Part;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use steradian_brdf::fit::gaussian::MAX_LOBES;
 
-/// What shading reads for a view, by θ_o from 0 to [`LAST`], lobe after lobe; where reflectance is anisotropic each row goes once around by the
-/// azimuth of the view.
+/// What shading reads for a view, by θ_o from 0 to [`LAST`], lobe after lobe; where reflectance is
+/// anisotropic each row goes once around by the azimuth of the view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Views {
-    /// Angle of the mean, level of the chain, standard deviation of the angles at which it is looked up, their number; of anisotropic
-    /// reflectance the mean's angles in the plane of incidence and out of it, level and number.
+    /// Angle of the mean, level of the chain, standard deviation of the angles at which it is looked up,
+    /// their number; of anisotropic reflectance the mean's angles in the plane of incidence and out of it,
+    /// level and number.
     pub means: Vec<[f32; 4]>,
-    /// Of anisotropic reflectance that deviation squared, times cosine and sine of twice the angle from the plane to the sweep; 0, 0.
+    /// Of anisotropic reflectance that deviation squared, times cosine and sine of twice the angle from the
+    /// plane to the sweep; 0, 0.
     pub sweeps: Vec<[f32; 4]>,
     /// Columns of a row: 1, or those by the azimuth.
     pub columns: usize,

@@ -1,16 +1,17 @@
 //! The geometry's factor: what of the light each site does not see (section 3.3 of the paper).
 //!
-//! A site keeps what it sees blocked, as coefficients of spherical harmonics over world axes: those of the open hemisphere about
-//! its normal less those of its visibility v. They are zero, to the bit, where nothing stands in the way, and stay so between
-//! sites, however normals turn there. With o_l the coefficients of the open hemisphere, ½, ¾, 0, −7/16, … as a series
-//! in P_l(n·d), the visibility in direction d is
+//! A site keeps what it sees blocked, as coefficients of spherical harmonics over world axes: those of the
+//! open hemisphere about its normal less those of its visibility v. They are zero, to the bit, where nothing
+//! stands in the way, and stay so between sites, however normals turn there. With o_l the coefficients of the
+//! open hemisphere, ½, ¾, 0, −7/16, … as a series in P_l(n·d), the visibility in direction d is
 //!
 //! > **V(d) = 1 − Σ A_l b_lm y_lm(d) / Σ A_l o_l P_l(n·d)**, cut to 0 … 1
 //!
-//! the share that is seen of what an open site would see in the same few bands. A_l = 1 gives V at the mean of a lobe (eq. 7);
-//! A_l the zonal coefficients of the lobe's Gaussian give the mean of V over the lobe's part above the horizon. One band is
-//! the fraction of the hemisphere that nothing blocks, v_00 √4π/2π (the "ambient visibility" of figure 7). Below the horizon, where
-//! V is not defined, it is read at the horizon above; the denominator is ½ there and more elsewhere.
+//! the share that is seen of what an open site would see in the same few bands. A_l = 1 gives V at the mean
+//! of a lobe (eq. 7); A_l the zonal coefficients of the lobe's Gaussian give the mean of V over the lobe's
+//! part above the horizon. One band is the fraction of the hemisphere that nothing blocks, v_00 √4π/2π (the
+//! "ambient visibility" of figure 7). Below the horizon, where V is not defined, it is read at the horizon
+//! above; the denominator is ½ there and more elsewhere.
 
 use super::GaussianLobes;
 use super::params::Params;
@@ -54,7 +55,8 @@ impl Blocked {
         for (k, site) in sites.iter().enumerate() {
             let normal = site.n.as_dvec3().normalize_or_zero();
             sh::eval(DIFFUSE - 1, normal, &mut y);
-            // Where nothing is blocked, transfer is the closed form of the open hemisphere, rounded: the same numbers.
+            // Where nothing is blocked, transfer is the closed form of the open hemisphere, rounded: the same
+            // numbers.
             let less = |open: &[f64], seen: &[f32], i: usize| match site.is_absent() {
                 true => 0.0,
                 false => (open[i.isqrt()] * y[i]) as f32 - seen[i],
@@ -109,8 +111,8 @@ impl Part for Blocked {
     }
 }
 
-/// Coefficients of what is blocked at the points of a block, interpolated; those of bands that are not kept are 0. Points that lie on
-/// no mesh, and sites that are not there, see everything.
+/// Coefficients of what is blocked at the points of a block, interpolated; those of bands that are not kept
+/// are 0. Points that lie on no mesh, and sites that are not there, see everything.
 #[inline(always)]
 pub(super) fn at<const BANDS: usize>(
     blocked: &PerSite,

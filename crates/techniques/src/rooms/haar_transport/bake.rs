@@ -49,7 +49,8 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
     }
     let side = p.side();
     let texels = 6 * side * side;
-    // A few hundred coefficients of 8 bytes a site, of which the rows and the columns are held at the same time.
+    // A few hundred coefficients of 8 bytes a site, of which the rows and the columns are held at the same
+    // time.
     let need = sites.len() as u64 * 300 * 16 + texels as u64 * 64;
     if need > task.max_memory() {
         return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
@@ -73,8 +74,8 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
                 pyramid.look(&scene.bvh, site.p + site.n * offset, site.n, seed, &mut scratch, &mut all);
             transform(&mut all, side);
             squares.iter_mut().zip(&all).for_each(|(s, x)| *s += f64::from(*x).powi(2));
-            // Shadows far from what throws them are narrow, but under a sun as dark as others: what is left out falls with
-            // what is blocked.
+            // Shadows far from what throws them are narrow, but under a sun as dark as others: what is left
+            // out falls with what is blocked.
             let own: f64 = all.iter().map(|x| f64::from(*x).powi(2)).sum();
             rows.push(Row::of(&all, side, p.precision * p.precision * (own * whole).sqrt()));
         }

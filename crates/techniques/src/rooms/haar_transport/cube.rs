@@ -8,8 +8,8 @@ use steradian_sphere::layout::Position;
 pub struct Level {
     /// Texels a side.
     pub side: usize,
-    /// Directions of the centres, and of the corner that comes first in rows with the steps to the next ones: a point of
-    /// texel k is `corner + x · right + y · down`, not unit.
+    /// Directions of the centres, and of the corner that comes first in rows with the steps to the next ones:
+    /// a point of texel k is `corner + x · right + y · down`, not unit.
     pub corner: Vec<Vec3>,
     /// Unit directions of the centres.
     pub centre: Vec<Vec3>,

@@ -1,16 +1,18 @@
 //! All-frequency shadows of diffuse surfaces: light and transport in Haar wavelets on the faces of a cube.
 //!
-//! Ng, Ramamoorthi & Hanrahan (2003), *All-Frequency Shadows Using Non-linear Wavelet Lighting Approximation*; STAR04
-//! 7.5.1.
+//! Ng, Ramamoorthi & Hanrahan (2003), *All-Frequency Shadows Using Non-linear Wavelet Lighting
+//! Approximation*; STAR04 7.5.1.
 //!
 //! > L_o(x) = albedo (E(n) − Σ_k B_k(x) L_k),  B(x) = H b(x),  b_j(x) = (1/π) ∫_{texel j} (1 − V(x, w)) (n·w)₊ dw,  L = H l
 //!
-//! with l_j the mean radiance of texel j in W sr⁻¹ m⁻², H the orthonormal Haar transform of each face, so that sums over
-//! texels are sums over wavelets, and E(n) = (1/π) ∫ L (n·w)₊ dw in spherical harmonics. The paper sums Σ_k T_k L_k, T of V;
-//! of few wavelets the sum of what is blocked errs in shadows alone, and few sites are blocked much. Approximated: light that
-//! is blocked is constant over texels, and only the wavelets of it are summed that matter most in a frame; of what is blocked
-//! from each site the largest coefficients are held, in eight bits; V is what rays find, interpolated between the sites of a triangle. Light that was reflected between surfaces is smooth and comes from
-//! spherical harmonics. f is exact. Refused: any reflectance but Lambert's, and point lights.
+//! with l_j the mean radiance of texel j in W sr⁻¹ m⁻², H the orthonormal Haar transform of each face, so
+//! that sums over texels are sums over wavelets, and E(n) = (1/π) ∫ L (n·w)₊ dw in spherical harmonics. The
+//! paper sums Σ_k T_k L_k, T of V; of few wavelets the sum of what is blocked errs in shadows alone, and few
+//! sites are blocked much. Approximated: light that is blocked is constant over texels, and only the wavelets
+//! of it are summed that matter most in a frame; of what is blocked from each site the largest coefficients
+//! are held, in eight bits; V is what rays find, interpolated between the sites of a triangle. Light that was
+//! reflected between surfaces is smooth and comes from spherical harmonics. f is exact. Refused: any
+//! reflectance but Lambert's, and point lights.
 
 mod bake;
 mod cube;

@@ -74,8 +74,8 @@ fn unturned(light: &Light, side: usize) -> [Vec<f32>; 3] {
     planes
 }
 
-/// What a frame leaves out of the light, as if coefficients were independent, over the radiance E of the sites of a white
-/// surface: √(Σ_left |L_k|² |B_k|² / Σ E²), over the lengths of the columns.
+/// What a frame leaves out of the light, as if coefficients were independent, over the radiance E of the
+/// sites of a white surface: √(Σ_left |L_k|² |B_k|² / Σ E²), over the lengths of the columns.
 pub(super) fn left_out(light: &Light, t: &Transport, p: &Params) -> f64 {
     if t.side == 0 {
         return 0.0;
@@ -96,8 +96,8 @@ pub(super) fn left_out(light: &Light, t: &Transport, p: &Params) -> f64 {
 /// Rows of the map of [`open`]: bilinear lookups in it err by 1e-4 of a sun's maximum.
 const OPEN_ROWS: usize = 128;
 
-/// What a white surface that sees all of the light would send out, by its normal: (1/π) ∫ L (n·w)₊ dw, up to band
-/// [`sh_light::ORDER`], where under a sun alone 0.6 % of its maximum are missing at the terminator.
+/// What a white surface that sees all of the light would send out, by its normal: (1/π) ∫ L (n·w)₊ dw, up to
+/// band [`sh_light::ORDER`], where under a sun alone 0.6 % of its maximum are missing at the terminator.
 fn open(light: &Light, rotation: Mat3) -> SphereImage {
     let k = Lobe::lambert().coefficients(sh_light::ORDER);
     let turned = light.sh.turned(sh_light::ORDER + 1, rotation, [1.0; 3]);
@@ -109,8 +109,8 @@ fn open(light: &Light, rotation: Mat3) -> SphereImage {
     sh::synthesize(&sh, Layout::LatLong, 2 * OPEN_ROWS, OPEN_ROWS)
 }
 
-/// What white sites send out: as if all were open, less the light that is blocked. The sum of few wavelets may exceed what
-/// there is.
+/// What white sites send out: as if all were open, less the light that is blocked. The sum of few wavelets
+/// may exceed what there is.
 fn arriving(open: &SphereImage, t: &Transport, chosen: &Chosen) -> Vec<[f32; 3]> {
     let mut radiance = t.apply(&chosen.scaling, &chosen.others);
     radiance.par_iter_mut().zip(t.normals.par_iter()).for_each(|(l, n)| {

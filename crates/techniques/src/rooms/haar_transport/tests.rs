@@ -149,7 +149,8 @@ fn more_wavelets_are_nearer() {
     }
 }
 
-/// The survey (7.5.1): wavelets make sharp shadows with about 100 coefficients, harmonics are better with few.
+/// The survey (7.5.1): wavelets make sharp shadows with about 100 coefficients, harmonics are better with
+/// few.
 #[test]
 fn wavelets_win_under_a_sun_and_harmonics_under_a_smooth_sky() {
     let mesh = ring();

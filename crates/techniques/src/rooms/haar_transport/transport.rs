@@ -11,8 +11,8 @@ pub const MOST_SITES: usize = 1 << 24;
 
 /// Transport of light that is blocked, B = H b: a row for each site, a column for each wavelet.
 ///
-/// The scaling coefficient of each face is held in full precision. Of the others a site keeps the largest, each as a
-/// multiple of 1/127 of the largest of its column.
+/// The scaling coefficient of each face is held in full precision. Of the others a site keeps the largest,
+/// each as a multiple of 1/127 of the largest of its column.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Transport {
     /// Texels a side of a face.
@@ -43,7 +43,8 @@ pub struct Row {
 }
 
 impl Row {
-    /// The largest of `all` (the transformed faces of a site) that leave at most √`left` of the vector's length.
+    /// The largest of `all` (the transformed faces of a site) that leave at most √`left` of the vector's
+    /// length.
     pub fn of(all: &[f32], side: usize, mut left: f64) -> Self {
         let face = side * side;
         let scaling = std::array::from_fn(|f| all[f * face]);
@@ -101,8 +102,8 @@ impl Transport {
         Self { side, sites: rows.len(), normals, scaling, starts, steps, norms, entries, reflected }
     }
 
-    /// Σ_k L_k B_k at every site over wavelets `chosen` (number and light, per channel) and the six scaling coefficients of
-    /// `light`.
+    /// Σ_k L_k B_k at every site over wavelets `chosen` (number and light, per channel) and the six scaling
+    /// coefficients of `light`.
     pub fn apply(&self, scaling: &[[f32; 3]; 6], chosen: &[(u32, [f32; 3])]) -> Vec<[f32; 3]> {
         // Sites of a block stay in the cache while columns pass.
         const BLOCK: usize = 4096;

@@ -1,5 +1,5 @@
-//! What a site does not see of each texel of a cube: one ray for each texel of a coarse cube, and finer ones where neighbours
-//! differ.
+//! What a site does not see of each texel of a cube: one ray for each texel of a coarse cube, and finer ones
+//! where neighbours differ.
 
 use super::cube::{Level, parent};
 use glam::Vec3;
@@ -48,8 +48,9 @@ impl Pyramid {
         &self.levels[self.levels.len() - 1].0
     }
 
-    /// (1/π) ∫ (1 − V) (n·w)₊ dw over each texel of the finest cube, for rays from `origin`; the same for one seed. Returns
-    /// Σ ((1/π) ∫ (n·w)₊ dw)², the square of what the vector's length would be if all were blocked.
+    /// (1/π) ∫ (1 − V) (n·w)₊ dw over each texel of the finest cube, for rays from `origin`; the same for one
+    /// seed. Returns Σ ((1/π) ∫ (n·w)₊ dw)², the square of what the vector's length would be if all were
+    /// blocked.
     pub fn look(
         &self,
         bvh: &Bvh,
@@ -160,8 +161,8 @@ mod tests {
         out.iter().map(|x| f64::from(*x)).sum()
     }
 
-    /// Above a plane, beside a wall of infinite height: form factor 1/2; under a ball that is seen under the angle θ:
-    /// sin²θ.
+    /// Above a plane, beside a wall of infinite height: form factor 1/2; under a ball that is seen under the
+    /// angle θ: sin²θ.
     #[test]
     fn walls_and_disks_block_their_form_factors() {
         let pyramid = Pyramid::new(64);
@@ -185,7 +186,8 @@ mod tests {
         }
     }
 
-    /// Nothing in the way blocks nothing; in a shell all is blocked, and each texel has its part of the cosine.
+    /// Nothing in the way blocks nothing; in a shell all is blocked, and each texel has its part of the
+    /// cosine.
     #[test]
     fn blocked_are_nothing_in_the_open_and_the_cosine_in_a_shell() {
         let pyramid = Pyramid::new(32);

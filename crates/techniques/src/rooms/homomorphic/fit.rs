@@ -13,18 +13,20 @@ use steradian_parallel::prelude::*;
 
 /// Reflectance below this share of its mean counts as this.
 const FLOOR: f64 = 1e-12;
-/// Below this share of the mean it weighs as this: weights over many powers of ten would take the solver too many steps.
+/// Below this share of the mean it weighs as this: weights over many powers of ten would take the solver too
+/// many steps.
 const DIM: f64 = 1e-2;
 /// Light and view are at least this high: some models have no bound below.
 const LOWEST: f64 = 1e-4;
-/// Where one of them is lower than this, as a cosine with the normal, the error counts less in proportion: the forms of Ward's model
-/// and others would have nothing but grazing pairs count.
+/// Where one of them is lower than this, as a cosine with the normal, the error counts less in proportion:
+/// the forms of Ward's model and others would have nothing but grazing pairs count.
 const LOW: f64 = 0.02;
 /// A sample's weight at most, over the root mean square of all.
 const HEAVIEST: f64 = 5.0;
-/// Weight of smoothness, as a share of what the samples of an unknown weigh: the squared relative error at the samples that a first
-/// solution has with the least of it, within these bounds. What is a product is found; where f is none the unknowns are noisy, and
-/// smoothness keeps them from running away between samples.
+/// Weight of smoothness, as a share of what the samples of an unknown weigh: the squared relative error at
+/// the samples that a first solution has with the least of it, within these bounds. What is a product is
+/// found; where f is none the unknowns are noisy, and smoothness keeps them from running away between
+/// samples.
 const SMOOTH: [f64; 2] = [1e-5, 1e-1];
 /// Its share of the largest of these where there are no samples.
 const NOWHERE: f64 = 1e-12;
@@ -151,9 +153,10 @@ fn by_horizon(z: f64) -> f64 {
 }
 
 impl Samples {
-    /// About `count` pairs. Half of them have half vectors as the rows of Q lie, and the light about them dense at their
-    /// horizon; the others have light and view as the rows of P lie, so that each unknown has its samples. All weigh by the density
-    /// of both kinds together (Veach & Guibas 1995, the balance heuristic).
+    /// About `count` pairs. Half of them have half vectors as the rows of Q lie, and the light about them
+    /// dense at their horizon; the others have light and view as the rows of P lie, so that each unknown has
+    /// its samples. All weigh by the density of both kinds together (Veach & Guibas 1995, the balance
+    /// heuristic).
     pub fn new(
         brdf: &dyn Brdf,
         count: usize,
@@ -191,8 +194,8 @@ impl Samples {
                 if wi.z <= LOWEST || wo.z <= LOWEST {
                     return None;
                 }
-                // (2π)² times the densities over dω_l dω_v = 4 (h·l) dω_h dω_d, dω_h = w_x w_y |h'|³ dω' of h' = h stretched
-                // by 1/w.
+                // (2π)² times the densities over dω_l dω_v = 4 (h·l) dω_h dω_d, dω_h = w_x w_y |h'|³ dω' of
+                // h' = h stretched by 1/w.
                 let up = (0.5 * (wi + wo).length()).min(1.0);
                 let stretched = form.stretched((wi + wo) / (2.0 * up));
                 let length = stretched.length();
@@ -238,8 +241,8 @@ pub struct Fit {
     pub steps: usize,
 }
 
-/// The samples' shares, less where one would weigh more than [`HEAVIEST`]: where f has no bound, single samples would decide
-/// unknowns alone, and with small interpolation weights throw them far.
+/// The samples' shares, less where one would weigh more than [`HEAVIEST`]: where f has no bound, single
+/// samples would decide unknowns alone, and with small interpolation weights throw them far.
 fn bounded(samples: &Samples, scale: Rgb) -> Vec<f64> {
     let over = |f: &Rgb, c: usize| if scale[c] > 0.0 { f[c] / scale[c] } else { 0.0 };
     let weight = |(f, s): (&Rgb, &f64)| s * (0..3).map(|c| over(f, c)).fold(0.0, f64::max);
@@ -296,7 +299,8 @@ fn rows(layout: &Layout, samples: &Samples) -> Sparse {
     Sparse::new(layout.count(), ends, entries)
 }
 
-/// What the samples of each row's unknown weigh, in the order of the rows of smoothness, and the largest of that.
+/// What the samples of each row's unknown weigh, in the order of the rows of smoothness, and the largest of
+/// that.
 fn middles(layout: &Layout, p: &Problem) -> (Vec<Rgb>, Rgb) {
     let weights = p.weights(|k| p.floored(k));
     let own = p.a.column_norms(&weights);

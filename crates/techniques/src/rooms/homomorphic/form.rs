@@ -4,13 +4,14 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_brdf::Brdf;
 
-/// The closed forms beside the tables: p(w) = (n·w)^−grazing e^P(w), and Q as a function of the half vector stretched.
+/// The closed forms beside the tables: p(w) = (n·w)^−grazing e^P(w), and Q as a function of the half vector
+/// stretched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Form {
     /// The power of 1/(n·v) and 1/(n·l) that f has at the horizon, where no table follows.
     pub grazing: f64,
-    /// Tangents of the angles at which the highlight has about 1/e of its height, along tangent and bitangent: the half vector's
-    /// slopes count in units of these.
+    /// Tangents of the angles at which the highlight has about 1/e of its height, along tangent and
+    /// bitangent: the half vector's slopes count in units of these.
     pub widths: [f64; 2],
 }
 
@@ -56,8 +57,9 @@ impl Form {
     }
 }
 
-/// The power by which f grows where the light sinks and the view stands still across from it, near the horizon, so that the half
-/// vector stays near the normal; 0 unless f has twice that power where the view sinks too.
+/// The power by which f grows where the light sinks and the view stands still across from it, near the
+/// horizon, so that the half vector stays near the normal; 0 unless f has twice that power where the view
+/// sinks too.
 fn grazing(brdf: &dyn Brdf) -> f64 {
     let steps = (GRAZING[1] / GRAZING[0]).ln();
     let power = |view: &dyn Fn(f64) -> f64| {
@@ -80,8 +82,8 @@ fn grazing(brdf: &dyn Brdf) -> f64 {
     if power.abs() < NONE { 0.0 } else { power.clamp(-MOST, MOST) }
 }
 
-/// The tangent of the angle of h at which f without its power at the horizon, seen from where the light is, has lost half of what
-/// it loses down to 60°, as a width; 1 where it loses nothing.
+/// The tangent of the angle of h at which f without its power at the horizon, seen from where the light is,
+/// has lost half of what it loses down to 60°, as a width; 1 where it loses nothing.
 fn width(brdf: &dyn Brdf, phi: f64, grazing: f64) -> f64 {
     let at = |t: f64| {
         let h = DVec3::new(t * phi.cos(), t * phi.sin(), 1.0).normalize();

@@ -1,21 +1,24 @@
-//! Any reflectance as a product of a function of the view, one of the half vector, and the first again of the light.
+//! Any reflectance as a product of a function of the view, one of the half vector, and the first again of the
+//! light.
 //!
-//! McCool, Ang & Ahmad (2001), *Homomorphic Factorization of BRDFs for High-Performance Rendering*; STAR04 6.2.3:
+//! McCool, Ang & Ahmad (2001), *Homomorphic Factorization of BRDFs for High-Performance Rendering*; STAR04
+//! 6.2.3:
 //!
 //! > f (n·l) ≈ p(v) q(h) p(l) (n·l)
 //!
-//! In the logarithm the product is a sum, ln f = P(v) + Q(h) + P(l), and the fit a sparse linear one: each sample is a row of
-//! interpolation weights. Rows weigh f (n·l) and the density of samples, so that the error is that of f (n·l) to first order;
-//! Gauss–Newton steps then make it so. Further rows keep the maps smooth, the more the less f is such a product. The product is
-//! reciprocal, to the bit. Exactly of this form are Cook and Torrance's model with Smith's masking and f0 = 1 (p = G₁/n·v,
-//! q = D/4), Ward's of 1992 (p = (n·v)^−½) and Dür's (p = (n·v)^−1), anisotropic ones too. GGX's height-correlated masking is no product,
+//! In the logarithm the product is a sum, ln f = P(v) + Q(h) + P(l), and the fit a sparse linear one: each
+//! sample is a row of interpolation weights. Rows weigh f (n·l) and the density of samples, so that the error
+//! is that of f (n·l) to first order; Gauss–Newton steps then make it so. Further rows keep the maps smooth,
+//! the more the less f is such a product. The product is reciprocal, to the bit. Exactly of this form are
+//! Cook and Torrance's model with Smith's masking and f0 = 1 (p = G₁/n·v, q = D/4), Ward's of 1992 (p =
+//! (n·v)^−½) and Dür's (p = (n·v)^−1), anisotropic ones too. GGX's height-correlated masking is no product,
 //! and F with f0 < 1 depends on h·l, which no factor has.
 //!
-//! Beside the tables stand two closed forms, both found by trial: the power of n·v with which p grows at the horizon, and the widths
-//! of the highlight, in units of which Q's map has the slopes of h.
+//! Beside the tables stand two closed forms, both found by trial: the power of n·v with which p grows at the
+//! horizon, and the widths of the highlight, in units of which Q's map has the slopes of h.
 //!
-//! Approximated: the form; both logarithms bilinear between entries. V is 1 or a shadow's. Units: f in sr⁻¹, radiance in
-//! W sr⁻¹ m⁻². Refused: reflectance that takes light from behind.
+//! Approximated: the form; both logarithms bilinear between entries. V is 1 or a shadow's. Units: f in sr⁻¹,
+//! radiance in W sr⁻¹ m⁻². Refused: reflectance that takes light from behind.
 
 mod bake;
 mod fit;

@@ -77,8 +77,8 @@ fn form_error(spec: &str) -> f64 {
     (s.model.iter().zip(&logs).map(square).sum::<f64>() / logs.len() as f64).sqrt()
 }
 
-/// Cook and Torrance's model with Smith's masking and without Fresnel's term is exactly of the form; so are, whatever
-/// the widths, Ward's of 1992 and Dür's; GGX, whose masking is correlated, is not.
+/// Cook and Torrance's model with Smith's masking and without Fresnel's term is exactly of the form; so are,
+/// whatever the widths, Ward's of 1992 and Dür's; GGX, whose masking is correlated, is not.
 #[test]
 fn products_are_found_to_rounding() {
     for (spec, exact) in [

@@ -23,7 +23,8 @@ params! {
     pub struct Params {
         /// What stands for n·wi: 0 the lobe's axis, 1 the mirror direction, 2 the mean.
         pub cosine: usize = ParamInfo::choice("cosine", &["axis", "mirror-direction", "mean"], "what stands for n·wi: n·r̂ at the lobe's axis, n·r of the mirror direction (eq. 39), or its mean over the lobe").numbered(0.0).preset("mean"),
-        /// Maps of the stack; one for each exponent where `None`, or as many as keep the error between them small.
+        /// Maps of the stack; one for each exponent where `None`, or as many as keep the error between them
+        /// small.
         pub exponents: Option<usize> = ParamInfo::whole("exponents", [1.0, 64.0], 0.0, "maps of the stack, their exponents spaced geometrically over the lobes'; auto: one for each exponent, or where these vary by texel as many as bring the error between them to half the tolerance or 1 %, 33 at most").auto(0.0),
         /// Intervals per cube edge; what the tolerance needs where `None`.
         pub size: Option<usize> = ParamInfo::whole("size", [1.0, 1024.0], 0.0, "intervals per cube edge of each map; auto: what the tolerance needs, at most 256").auto(0.0).unit("texels"),
@@ -88,8 +89,9 @@ pub struct LafortuneMaps {
     pub ladder: [f32; 4],
 }
 
-/// The exponents that lobes by texel have at the texels of all levels and at the corners between them, where lobes of different axes
-/// mix and are wider: their logarithms ln(n + 1) in steps of [`NEAR`], the least and the largest of them as they are.
+/// The exponents that lobes by texel have at the texels of all levels and at the corners between them, where
+/// lobes of different axes mix and are wider: their logarithms ln(n + 1) in steps of [`NEAR`], the least and
+/// the largest of them as they are.
 struct Varied {
     steps: BTreeSet<i64>,
     least: f64,
@@ -173,8 +175,8 @@ impl Varied {
     }
 }
 
-/// What a mix of two neighbours half-way between their exponents errs by, relative RMS over directions, at most: from the light's
-/// energy by band and the kernels' coefficients.
+/// What a mix of two neighbours half-way between their exponents errs by, relative RMS over directions, at
+/// most: from the light's energy by band and the kernels' coefficients.
 fn between(stack: &[f64], source: &Source) -> f64 {
     let coefficients = |n: f64| Lobe::phong(n).coefficients(source.order());
     let pairs: Vec<[f64; 2]> = stack.windows(2).map(|w| [w[0], w[1]]).collect();
@@ -218,8 +220,8 @@ fn level(stack: &[f64], n: f64) -> f64 {
 
 /// ∫ (r̂·wi)₊^n ⟨n·wi⟩₊ dwi / ∫ (r̂·wi)₊^n dwi where n·r̂ = `cosine`.
 ///
-/// With u = cos^{n+1} ψ uniform in 0 … 1, what is left is the mean of ⟨a + b cos φ⟩₊ over φ, a = cos γ cos ψ, b =
-/// sin γ sin ψ: a where a ≥ b, 0 where a ≤ −b, else (a φ₀ + b sin φ₀)/π with cos φ₀ = −a/b.
+/// With u = cos^{n+1} ψ uniform in 0 … 1, what is left is the mean of ⟨a + b cos φ⟩₊ over φ, a = cos γ cos ψ,
+/// b = sin γ sin ψ: a where a ≥ b, 0 where a ≤ −b, else (a φ₀ + b sin φ₀)/π with cos φ₀ = −a/b.
 pub(super) fn mean_cosine(n: f64, cosine: f64) -> f64 {
     let (nodes, weights) = gauss_legendre(48);
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();

@@ -1,5 +1,5 @@
-//! The reflectance's factor: its lobes themselves and the images that vary them, so that no file has to be there when a bake is
-//! loaded.
+//! The reflectance's factor: its lobes themselves and the images that vary them, so that no file has to be
+//! there when a bake is loaded.
 
 use super::LafortuneEnv;
 use crate::shared::surface::cosine_lobes::{CosineLobes, MOST as MOST_VARIED, PLANES, lobes_of};

@@ -1,19 +1,19 @@
 //! Environment maps of Lafortune's generalised cosine lobes.
 //!
-//! McAllister, Lastra & Heidrich (2002), *Efficient Rendering of Spatial Bi-directional Reflectance Distribution
-//! Functions*; STAR04 7.3.7, eqs 36–40:
+//! McAllister, Lastra & Heidrich (2002), *Efficient Rendering of Spatial Bi-directional Reflectance
+//! Distribution Functions*; STAR04 7.3.7, eqs 36–40:
 //!
 //! > f = ρ_d/π + Σ_k ρ_k (c·wi)₊^n_k,  c = C_k wo componentwise,  r̂ = c/|c|
 //! > L_o = ρ_d E(n)/π + Σ_k ⟨n·wi⟩_k ρ_k |c|^n_k Phong_n_k(r̂),  Phong_n(r) = ∫ (r·wi)₊^n L(wi) dwi
 //!
-//! The maps know neither C nor ρ: one stack over exponents serves all lobes. The cosine is the one factor approximated: it
-//! leaves the integral as ⟨n·wi⟩_k, which the parameter `cosine` chooses: 0 is n·r̂ at the lobe's axis, 1 is n·r of the
-//! mirror direction as eqs 39–40 print it (off-specular lobes have their axis elsewhere; the two agree for
-//! C = (−1, −1, 1)), 2 is the cosine's mean over the lobe above the horizon, so that constant light gives the albedo.
-//! C and n per channel take a lookup per channel. Where images say the numbers (`rho_d`, `rho_1`, `c_1`, `n_1` …), texel by texel
-//! and filtered as the technique `lafortune_svbrdf` filters them, each point looks its own lobes up, and mixes the two maps around
-//! its exponent linearly in ln(n + 1). V = 1. Radiance in W sr⁻¹ m⁻². Refused: other reflectances, point
-//! lights.
+//! The maps know neither C nor ρ: one stack over exponents serves all lobes. The cosine is the one factor
+//! approximated: it leaves the integral as ⟨n·wi⟩_k, which the parameter `cosine` chooses: 0 is n·r̂ at the
+//! lobe's axis, 1 is n·r of the mirror direction as eqs 39–40 print it (off-specular lobes have their axis
+//! elsewhere; the two agree for C = (−1, −1, 1)), 2 is the cosine's mean over the lobe above the horizon, so
+//! that constant light gives the albedo. C and n per channel take a lookup per channel. Where images say the
+//! numbers (`rho_d`, `rho_1`, `c_1`, `n_1` …), texel by texel and filtered as the technique
+//! `lafortune_svbrdf` filters them, each point looks its own lobes up, and mixes the two maps around its
+//! exponent linearly in ln(n + 1). V = 1. Radiance in W sr⁻¹ m⁻². Refused: other reflectances, point lights.
 
 mod bake;
 mod material;

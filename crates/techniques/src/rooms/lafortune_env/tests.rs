@@ -268,8 +268,8 @@ fn spec_at(planes: &Planes, i: usize, j: usize, lobe: usize) -> String {
     format!("lafortune:cx={x},cy={y},cz={z},n={n},ks={r}/{g}/{b},kd={}/{}/{}", kd[0], kd[1], kd[2])
 }
 
-/// Two lobes by texel against the integral with each texel's own numbers: no more than what the certificate states, which it looked at
-/// other texels for.
+/// Two lobes by texel against the integral with each texel's own numbers: no more than what the certificate
+/// states, which it looked at other texels for.
 #[test]
 fn varying_lobes_err_by_what_is_stated() {
     let planes = specimens::planes(&PLANES);
@@ -350,7 +350,8 @@ fn maps_between_exponents_err_by_the_square_of_their_distance() {
     }
 }
 
-/// What is saved with its images is loaded to the same bits; damaged images and ones that were not read are refused.
+/// What is saved with its images is loaded to the same bits; damaged images and ones that were not read are
+/// refused.
 #[test]
 fn images_are_kept_in_the_bake() {
     let light = lights::smooth();

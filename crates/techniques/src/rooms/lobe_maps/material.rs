@@ -39,7 +39,8 @@ impl Fitted {
     }
 }
 
-/// f n·r for f n·wi: what STAR04's eqs 29 and 31 put under the integral, "assuming that the BRDF is fairly specular".
+/// f n·r for f n·wi: what STAR04's eqs 29 and 31 put under the integral, "assuming that the BRDF is fairly
+/// specular".
 #[derive(Debug)]
 struct CosineOutside(SharedBrdf);
 

@@ -1,22 +1,22 @@
 //! Prefiltered maps of radially symmetric lobes.
 //!
-//! Kautz & McCool (2000), *Approximation of Glossy Reflection with Prefiltered Environment Maps*; STAR04 7.3.4,
-//! eqs 27–31:
+//! Kautz & McCool (2000), *Approximation of Glossy Reflection with Prefiltered Environment Maps*; STAR04
+//! 7.3.4, eqs 27–31:
 //!
 //! > 3-D: f_cos ≈ (n·r) p(n·r, r·wi),  L_o = (n·r) ∫ p(n·r, r·wi) L(wi) dwi
 //! > 2-D: f_cos ≈ (n·r) F(n·r) p(r·wi),  L_o = (n·r) F(n·r) ∫ p(r·wi) L(wi) dwi
 //!
-//! f is the one factor approximated: its azimuth about the lobe's axis is averaged away ([`steradian_brdf::fit::radial`]:
-//! the fit of least squares; with `cosine` 1 the cosine is inside the mean, so that the energy of every view is exact, with
-//! 0 it is n·r outside the integral, as printed). With A = (n·r) F
-//! and a normalised p, several lobes and axes o_i in place of r (the paper's multilobe approximation and off-specular
-//! peaks):
+//! f is the one factor approximated: its azimuth about the lobe's axis is averaged away
+//! ([`steradian_brdf::fit::radial`]: the fit of least squares; with `cosine` 1 the cosine is inside the mean,
+//! so that the energy of every view is exact, with 0 it is n·r outside the integral, as printed). With A =
+//! (n·r) F and a normalised p, several lobes and axes o_i in place of r (the paper's multilobe approximation
+//! and off-specular peaks):
 //!
 //! > L_o = Σ_i A_i(n·wo) ∫ p_i(n·wo, o_i·wi) L(wi) dwi,  o_i = a n + b_i(n·wo) r, |o_i| = 1
 //!
-//! Parameters: `dimensions` 3 (eq. 29, a stack of maps over the elevation) or 2 (eq. 31, one map), `lobes`, `axis` (0:
-//! the mirror direction, as the equations are printed; 1: what captures most), `cosine`, `elevations`, `size`. V = 1. Radiance in
-//! W sr⁻¹ m⁻². Refused: anisotropic reflectance, point lights.
+//! Parameters: `dimensions` 3 (eq. 29, a stack of maps over the elevation) or 2 (eq. 31, one map), `lobes`,
+//! `axis` (0: the mirror direction, as the equations are printed; 1: what captures most), `cosine`,
+//! `elevations`, `size`. V = 1. Radiance in W sr⁻¹ m⁻². Refused: anisotropic reflectance, point lights.
 
 mod bake;
 mod material;

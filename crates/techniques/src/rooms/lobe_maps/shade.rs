@@ -1,4 +1,5 @@
-//! Per lobe one lookup in the table of views and one in the stack of maps; `shade.wgsl` has the same functions.
+//! Per lobe one lookup in the table of views and one in the stack of maps; `shade.wgsl` has the same
+//! functions.
 
 use super::bake::LobeChains;
 use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};

@@ -93,7 +93,8 @@ fn one_map_is_phongs_with_the_fresnel_factor_measured() {
     assert!(error < 6e-3, "{error}");
 }
 
-/// STAR04 eq. 29 as printed, by brute force: p is the mean of f over the azimuth about r, n·r is outside the integral.
+/// STAR04 eq. 29 as printed, by brute force: p is the mean of f over the azimuth about r, n·r is outside the
+/// integral.
 #[test]
 fn the_printed_equation_has_its_cosine_outside() {
     let brdf = steradian_brdf::parse("ggx:alpha=0.3,f0=0.8").unwrap();
@@ -136,8 +137,8 @@ fn the_printed_equation_has_its_cosine_outside() {
     assert!(error < 0.01, "{error}");
 }
 
-/// STAR04 eq. 31 under constant light: n·r F ∫ p is n·r times the integral of f, which is more than the albedo where lobes
-/// are cut by the horizon.
+/// STAR04 eq. 31 under constant light: n·r F ∫ p is n·r times the integral of f, which is more than the
+/// albedo where lobes are cut by the horizon.
 #[test]
 fn one_printed_map_keeps_the_integral_of_f() {
     let brdf = steradian_brdf::parse("ggx:alpha=0.3,f0=0.8").unwrap();

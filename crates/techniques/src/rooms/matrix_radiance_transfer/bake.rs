@@ -129,8 +129,8 @@ fn turned(site: &Site, matrix: &[f64], bands: usize) -> Vec<f64> {
     out
 }
 
-/// W^½ and its pseudo-inverse, W = Σ rowsᵀ rows over hats and channels: in coordinates W^½ R M the sum of squares is that of
-/// the matrices A = rows R M that light goes through, of all channels.
+/// W^½ and its pseudo-inverse, W = Σ rowsᵀ rows over hats and channels: in coordinates W^½ R M the sum of
+/// squares is that of the matrices A = rows R M that light goes through, of all channels.
 fn metric(m: &Reflected, n: usize) -> [Vec<f64>; 2] {
     let mut w = vec![vec![0.0; n]; n];
     for row in m.rows.iter().flat_map(|r| r.chunks_exact(n)) {

@@ -14,8 +14,8 @@ const MOST: usize = 36;
 /// The light of a frame through the matrices of the clusters.
 #[derive(Default)]
 pub struct Frame {
-    /// Cluster after cluster, hat after hat [`of_hat`] numbers: by channel those of the components, filled up by zeros to [`padded`];
-    /// behind them the means of red, green and blue, and 0.
+    /// Cluster after cluster, hat after hat [`of_hat`] numbers: by channel those of the components, filled up
+    /// by zeros to [`padded`]; behind them the means of red, green and blue, and 0.
     pub(super) radiance: Vec<f32>,
 }
 
@@ -29,7 +29,8 @@ pub const fn of_hat(components: usize) -> usize {
     3 * padded(components) + 4
 }
 
-/// Where among the numbers of a hat that of channel `c` of the mean is (k = 0), or of a component (from k = 1 on).
+/// Where among the numbers of a hat that of channel `c` of the mean is (k = 0), or of a component (from k = 1
+/// on).
 pub const fn place(components: usize, k: usize, c: usize) -> usize {
     if k == 0 { 3 * padded(components) + c } else { c * padded(components) + k - 1 }
 }

@@ -1,14 +1,16 @@
-//! Matrix radiance transfer: from the light's coefficients straight to radiance at directions, of which four act for a view.
+//! Matrix radiance transfer: from the light's coefficients straight to radiance at directions, of which four
+//! act for a view.
 //!
 //! Lehtinen & Kautz (2003), *Matrix Radiance Transfer*; STAR04 7.4.4, eq. 52.
 //!
 //! > L_o(x, wo) = Σ_j g_j(wo) (A(x) L)_j,  A(x) = G B R(x) M(x)
 //!
-//! with L_i the light's coefficients about world axes in W sr⁻¹ m⁻², M_ij = ∫ V y_i y_j dw, R the rotation into the frame of
-//! the site, B_ij the reflectance f_cos(wi, wo) ≈ Σ B_ij y_i(wo) y_j(wi) projected to harmonics on both sides, G the change of
-//! basis to bilinear hats g_j on the paraboloid of outgoing directions (least squares over the hemisphere). The matrices
-//! are kept as principal components, of all sites or by clusters of them. Approximated: L and f, by their first bands; V is
-//! what rays find, interpolated between the sites of a triangle. Refused: anisotropic reflectance and lobes that reach below
+//! with L_i the light's coefficients about world axes in W sr⁻¹ m⁻², M_ij = ∫ V y_i y_j dw, R the rotation
+//! into the frame of the site, B_ij the reflectance f_cos(wi, wo) ≈ Σ B_ij y_i(wo) y_j(wi) projected to
+//! harmonics on both sides, G the change of basis to bilinear hats g_j on the paraboloid of outgoing
+//! directions (least squares over the hemisphere). The matrices are kept as principal components, of all
+//! sites or by clusters of them. Approximated: L and f, by their first bands; V is what rays find,
+//! interpolated between the sites of a triangle. Refused: anisotropic reflectance and lobes that reach below
 //! the horizon, point lights, reflections between surfaces. Another reflectance bakes the transfer anew.
 
 mod bake;

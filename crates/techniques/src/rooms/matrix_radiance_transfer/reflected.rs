@@ -1,4 +1,5 @@
-//! The reflectance's factor: projected to harmonics on both sides, then changed to hats of the outgoing direction.
+//! The reflectance's factor: projected to harmonics on both sides, then changed to hats of the outgoing
+//! direction.
 
 use super::hats::Hats;
 use crate::BakeError;
@@ -42,8 +43,8 @@ impl Reflected {
     }
 }
 
-/// B_ij of f_cos(wi, wo) ≈ Σ_ij B_ij y_i(wo) y_j(wi), by channel: integrals over wi, least squares over the hemisphere of wo
-/// (harmonics are no orthogonal basis of it).
+/// B_ij of f_cos(wi, wo) ≈ Σ_ij B_ij y_i(wo) y_j(wi), by channel: integrals over wi, least squares over the
+/// hemisphere of wo (harmonics are no orthogonal basis of it).
 fn projected(brdf: &dyn Brdf, bands: usize, task: &Task) -> Result<[Vec<f64>; 3], BakeError> {
     let n = bands * bands;
     let (incoming, outgoing) = (product_hemisphere(INCOMING), product_hemisphere(OUTGOING));

@@ -130,7 +130,8 @@ fn whole(bits: u16) -> usize {
     if (15..=25).contains(&exponent) { usize::from((0x400 | (bits & 0x3ff)) >> (25 - exponent)) } else { 0 }
 }
 
-/// Numbers from `start` on, as many as a site has at most; behind the end zeros, of which there are as many in `spare`.
+/// Numbers from `start` on, as many as a site has at most; behind the end zeros, of which there are as many
+/// in `spare`.
 #[inline(always)]
 fn own<'a>(halves: &'a [u16], start: usize, spare: &'a mut [u16; MOST]) -> &'a [u16; MOST] {
     let all = halves.get(start..).unwrap_or(&[]);
@@ -141,8 +142,9 @@ fn own<'a>(halves: &'a [u16], start: usize, spare: &'a mut [u16; MOST]) -> &'a [
     spare
 }
 
-/// For each lane the hat of least coordinates of the four that act at a view, and the values of these: [`Hats::at`] of the view in the
-/// frame of [`super::bake::axes`], whose choice of an axis is the same to the bit.
+/// For each lane the hat of least coordinates of the four that act at a view, and the values of these:
+/// [`Hats::at`] of the view in the frame of [`super::bake::axes`], whose choice of an axis is the same to the
+/// bit.
 #[inline(always)]
 fn cells<A: Arch>(
     hats: Hats,
@@ -225,7 +227,8 @@ mod tests {
         assert!((0..2048).all(|k| whole(f16::from_f32(k as f32).to_bits()) == k));
     }
 
-    /// Shading by registers is the sum of the formula in f64, of all sizes that registers do not divide, at points inside triangles too.
+    /// Shading by registers is the sum of the formula in f64, of all sizes that registers do not divide, at
+    /// points inside triangles too.
     #[test]
     fn registers_sum_what_the_formula_says() {
         let number = |k: usize| ((k as f64 * 0.754_877_666).fract() - 0.5) as f32;

@@ -4,11 +4,11 @@
 //!
 //! > f = k_s δ(r − wi)/(n·wi)  ⟹  L_o = k_s L(r),  r = 2(n·wo)n − wo
 //!
-//! The map is the environment itself on a cube, area-exact. Microfacet models are taken as the mirror that they
-//! become as their roughness goes to zero, where k_s → F(n·wo) (Schlick): f is approximated by its limit, L by the
-//! map's resolution, V = 1. The certificate compares with the model itself. Suns are spread over the map's texels
-//! with their flux kept. Refused: models without a mirror limit, directional lights (a mirror shows them infinitely
-//! bright) and point lights.
+//! The map is the environment itself on a cube, area-exact. Microfacet models are taken as the mirror that
+//! they become as their roughness goes to zero, where k_s → F(n·wo) (Schlick): f is approximated by its
+//! limit, L by the map's resolution, V = 1. The certificate compares with the model itself. Suns are spread
+//! over the map's texels with their flux kept. Refused: models without a mirror limit, directional lights (a
+//! mirror shows them infinitely bright) and point lights.
 
 mod bake;
 mod shade;

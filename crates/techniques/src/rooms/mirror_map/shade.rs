@@ -1,4 +1,5 @@
-//! One lookup along r; `shade.wgsl` has the same functions, `shade_lobe.wgsl` those of points with normals of their own.
+//! One lookup along r; `shade.wgsl` has the same functions, `shade_lobe.wgsl` those of points with normals of
+//! their own.
 
 use super::bake::Mirror;
 use crate::gpu::{Entry, Uniform, Value};
@@ -37,8 +38,8 @@ fn finest(map: &Chain) -> f32 {
     0.5 * spacing(map.levels()[0].size()) as f32
 }
 
-/// [`shade`] where every point has its own normals. A mirror has no width of its own: a lookup whose lobe has the
-/// variance 2 alpha² per axis takes the level of that deviation, which doubles from level to level.
+/// [`shade`] where every point has its own normals. A mirror has no width of its own: a lookup whose lobe has
+/// the variance 2 alpha² per axis takes the level of that deviation, which doubles from level to level.
 pub(super) fn shade_lobe(
     map: &Chain,
     m: &Mirror,

@@ -100,8 +100,8 @@ fn lookup(light: &DistantLight, n: usize) -> Lookup {
     })
 }
 
-/// Relative RMS errors of the maps against the exact convolution: over the sphere, and over rings of each disk, the
-/// latter relative to the whole as well.
+/// Relative RMS errors of the maps against the exact convolution: over the sphere, and over rings of each
+/// disk, the latter relative to the whole as well.
 pub fn map_errors(light: &DistantLight, kernel: &Power, made: &Paraboloids) -> (f64, [f64; 3]) {
     let at = |k: usize| {
         let d = probe::direction(k, PROBES);

@@ -1,16 +1,16 @@
 //! Phong's lobe filtered on a dual paraboloid map.
 //!
-//! Kautz, Vázquez, Heidrich & Seidel (2000), *A Unified Approach to Prefiltered Environment Maps*; Heidrich & Seidel
-//! (1998), *View-Independent Environment Maps*; STAR04 7.4.2:
+//! Kautz, Vázquez, Heidrich & Seidel (2000), *A Unified Approach to Prefiltered Environment Maps*; Heidrich &
+//! Seidel (1998), *View-Independent Environment Maps*; STAR04 7.4.2:
 //!
 //! > B(r) ≈ (1 − ρ²) S(s, t) + ρ² L(s, t),  (s, t) = (r.x, r.y)/(1 + |r.z|),  ρ² = s² + t²
 //!
-//! A round kernel about a direction is nearly a disk on the paraboloid (the map is conformal), of radius (1 + ρ²)/2 · R_L:
-//! R_S = R_L/2 in the middle, R_L at the rim. So two shift-invariant filters of the image, S with radius R_S and L with
-//! R_L, are blended texel by texel: what filtering hardware can do. Wide kernels are filtered on a small map. The map
-//! stands for ∫ (r·wi)₊ᴺ L dwi over the whole sphere (`phong-map`, `phong-normalized`); `phong`'s horizon is dropped, and
-//! `lambert` is the lobe of exponent 1 about n, far wider than the idea is made for. V = 1. Radiance in W sr⁻¹ m⁻².
-//! Refused: other reflectances, point lights.
+//! A round kernel about a direction is nearly a disk on the paraboloid (the map is conformal), of radius (1 +
+//! ρ²)/2 · R_L: R_S = R_L/2 in the middle, R_L at the rim. So two shift-invariant filters of the image, S
+//! with radius R_S and L with R_L, are blended texel by texel: what filtering hardware can do. Wide kernels
+//! are filtered on a small map. The map stands for ∫ (r·wi)₊ᴺ L dwi over the whole sphere (`phong-map`,
+//! `phong-normalized`); `phong`'s horizon is dropped, and `lambert` is the lobe of exponent 1 about n, far
+//! wider than the idea is made for. V = 1. Radiance in W sr⁻¹ m⁻². Refused: other reflectances, point lights.
 
 mod bake;
 mod lobe;

@@ -49,8 +49,8 @@ fn constant_light_stays_constant() {
     }
 }
 
-/// The delta light's image is the lobe: half its peak at the lobe's own angle, in the middle of a map, halfway and on
-/// its rim, along the map's radius and across; nothing beyond the kernel's reach.
+/// The delta light's image is the lobe: half its peak at the lobe's own angle, in the middle of a map,
+/// halfway and on its rim, along the map's radius and across; nothing beyond the kernel's reach.
 #[test]
 fn a_point_of_light_shows_the_footprint() {
     let n = 200.0;

@@ -6,10 +6,11 @@
 //! > L_phong(r) = k_s ∫ (r·wi)₊^N L(wi) dwi,  L_diffuse(n) = (k_d/π) ∫ ⟨n·wi⟩₊ L(wi) dwi
 //! > L_o = (1 − F) L_diffuse(n) + F L_phong(r),  F = f0 + (1 − f0)(1 − n·wo)⁵
 //!
-//! The maps integrate the Phong lobe over the whole sphere: this is `phong-map`, and for `phong` (above the horizon
-//! only) light from below the horizon leaks in; that is the one factor approximated. The reflectance's spec gives
-//! N and k_s (with `scale=`); the parameters k_s, k_d and f0 blend as eq. 26 (f0 = 1: Phong alone, the default).
-//! `lambert` takes the diffuse map alone. V = 1. Radiance in W sr⁻¹ m⁻². Refused: other reflectances, point lights.
+//! The maps integrate the Phong lobe over the whole sphere: this is `phong-map`, and for `phong` (above the
+//! horizon only) light from below the horizon leaks in; that is the one factor approximated. The
+//! reflectance's spec gives N and k_s (with `scale=`); the parameters k_s, k_d and f0 blend as eq. 26 (f0 =
+//! 1: Phong alone, the default). `lambert` takes the diffuse map alone. V = 1. Radiance in W sr⁻¹ m⁻².
+//! Refused: other reflectances, point lights.
 
 mod bake;
 mod blend;

@@ -1,5 +1,5 @@
-//! Two lookups and their blend; `shade.wgsl` has the same functions, `shade_lobe.wgsl` those of points with lobes of
-//! their own.
+//! Two lookups and their blend; `shade.wgsl` has the same functions, `shade_lobe.wgsl` those of points with
+//! lobes of their own.
 
 use super::bake::PhongMaps;
 use crate::gpu::{Entry, Uniform, Value};
@@ -32,8 +32,8 @@ fn widths(m: &PhongMaps, lobes: &Chain) -> [f32; 3] {
     [m.alpha(), m.first(), lobes.last() / (1.0 - m.first()).max(1e-6)]
 }
 
-/// [`shade`] where every point has its own lobe: alpha is that of the exponent n = 1/(2 alpha²), so the lobe's own
-/// alpha gives ∫ (r·wi)^n = 2π/(n + 1); what only widens the lookup keeps that integral.
+/// [`shade`] where every point has its own lobe: alpha is that of the exponent n = 1/(2 alpha²), so the
+/// lobe's own alpha gives ∫ (r·wi)^n = 2π/(n + 1); what only widens the lookup keeps that integral.
 pub(super) fn shade_lobe(
     m: &PhongMaps,
     lobes: &Chain,

@@ -1,22 +1,25 @@
-//! Surfaces as photographs show them: luminance or colour of each texel as a polynomial of the light's direction.
+//! Surfaces as photographs show them: luminance or colour of each texel as a polynomial of the light's
+//! direction.
 //!
 //! Malzbender, Gelb & Wolters (2001), *Polynomial Texture Maps*; STAR04 6.4.4. With (u, v) = (l·t, l·b)
 //!
 //! > L_o = Σ_l E_l (a₀u² + a₁v² + a₂uv + a₃u + a₄v + a₅)₊/π,  n·l > 0
 //!
-//! with six coefficients a texel and channel, those of a `.ptm` file or of photographs under known lights (`.lp`). In the
-//! file's numbers white is 1 (255 as they stand): a polynomial of 1 is what a white Lambertian surface that faces the light
-//! reflects, 1/π of its irradiance. What the photographs saw is in it: bumps, their shadows and what they reflect on each
-//! other, all as smooth as a parabola. Approximated: the dependence on the light, by least squares, and that on the view, which is
-//! left out; highlights are as wide as a parabola is. `basis=sh9` and `sh16` have the real spherical harmonics up to order 2 and 3 in place
-//! of the parabola's six terms,
+//! with six coefficients a texel and channel, those of a `.ptm` file or of photographs under known lights
+//! (`.lp`). In the file's numbers white is 1 (255 as they stand): a polynomial of 1 is what a white
+//! Lambertian surface that faces the light reflects, 1/π of its irradiance. What the photographs saw is in
+//! it: bumps, their shadows and what they reflect on each other, all as smooth as a parabola. Approximated:
+//! the dependence on the light, by least squares, and that on the view, which is left out; highlights are as
+//! wide as a parabola is. `basis=sh9` and `sh16` have the real spherical harmonics up to order 2 and 3 in
+//! place of the parabola's six terms,
 //!
 //! > L_o = Σ_l E_l (Σ_lm a_lm Y_lm(l))₊/π,
 //!
-//! which follow the cosine itself and, of 16, tilted facets three times as closely; they are fitted to photographs. Radiance is linear in the coefficients, so that their means over a
-//! footprint are exact but for the clamp at 0. Without a map the polynomials are those of the reflectance seen along its
-//! normal under lights uniform over the hemisphere: of Lambert's (−15/16, −15/16, 0, 0, 0, 9/8) times the albedo, off by an eighth
-//! of its RMS. Units: radiance in W sr⁻¹ m⁻². Refused: nothing.
+//! which follow the cosine itself and, of 16, tilted facets three times as closely; they are fitted to
+//! photographs. Radiance is linear in the coefficients, so that their means over a footprint are exact but
+//! for the clamp at 0. Without a map the polynomials are those of the reflectance seen along its normal under
+//! lights uniform over the hemisphere: of Lambert's (−15/16, −15/16, 0, 0, 0, 9/8) times the albedo, off by
+//! an eighth of its RMS. Units: radiance in W sr⁻¹ m⁻². Refused: nothing.
 
 mod bake;
 mod error;

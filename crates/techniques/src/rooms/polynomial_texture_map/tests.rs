@@ -12,7 +12,8 @@ fn bake(spec: &str, planes: Planes) -> Box<dyn LocalBake> {
     local::bake("polynomial_texture_map", spec, planes)
 }
 
-/// Without a map: the closed form of Lambert's law, off by an eighth of its RMS over lights uniform on the hemisphere.
+/// Without a map: the closed form of Lambert's law, off by an eighth of its RMS over lights uniform on the
+/// hemisphere.
 #[test]
 fn lambert_has_its_closed_form() {
     let b = bake("lambert:albedo=0.8", Planes::default());
@@ -29,7 +30,8 @@ fn lambert_has_its_closed_form() {
     assert!((b.certificate().error - 0.125).abs() < 0.01, "{}", b.certificate().error);
 }
 
-/// A map's polynomials are what is shaded, clamped at 0, whatever the view; the mean of a footprint is that of the coefficients.
+/// A map's polynomials are what is shaded, clamped at 0, whatever the view; the mean of a footprint is that
+/// of the coefficients.
 #[test]
 fn maps_are_evaluated_as_they_are() {
     let planes = specimens::planes(&[Plane::new("map", Content::Polynomials)]);

@@ -56,8 +56,8 @@ fn border(mesh: &Mesh) -> Vec<bool> {
     out
 }
 
-/// The vertices, moved off the surface, and those on the border of a wall into one of their triangles, so that they see the wall
-/// beside theirs.
+/// The vertices, moved off the surface, and those on the border of a wall into one of their triangles, so
+/// that they see the wall beside theirs.
 fn sites(mesh: &Mesh) -> Vec<Site> {
     let (mut out, border) = (Site::vertices(mesh), border(mesh));
     let most = OFFSET * mesh.diagonal();
@@ -163,8 +163,9 @@ fn emitters(mesh: &Mesh) -> (Vec<Emitter>, Vec<[u32; 3]>) {
     (all, corners)
 }
 
-/// The error under three directional lights against paths through the mesh, with views by the area that they show: two standard errors
-/// above what the points found, what they found, and the noise of the paths, which is taken out of both: it is independent of the technique.
+/// The error under three directional lights against paths through the mesh, with views by the area that they
+/// show: two standard errors above what the points found, what they found, and the noise of the paths, which
+/// is taken out of both: it is independent of the technique.
 fn measured(t: &Tables, m: &Material, g: &Geometry, p: &Params, task: &Task) -> Result<[f64; 3], BakeError> {
     let lights = three_directionals();
     let local = LocalLights { directionals: lights.directionals.clone(), points: Vec::new() };

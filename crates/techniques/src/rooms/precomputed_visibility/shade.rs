@@ -1,4 +1,5 @@
-//! The light that arrives at the vertices of a frame along their links, and what points reflect of it; `shade.wgsl` has the latter.
+//! The light that arrives at the vertices of a frame along their links, and what points reflect of it;
+//! `shade.wgsl` has the latter.
 
 use super::PrecomputedVisibility;
 use super::tables::{Emitter, Params, Seen, Tables};
@@ -16,8 +17,8 @@ use steradian_parallel::prelude::*;
 use steradian_scene::Ray;
 use steradian_transfer::Link;
 
-/// What vertices have of the lights of a frame: a row for each, of the radiance that arrives along each direction, and the part
-/// that is seen of each light; then a row of the directions.
+/// What vertices have of the lights of a frame: a row for each, of the radiance that arrives along each
+/// direction, and the part that is seen of each light; then a row of the directions.
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
     data: Vec<f32>,
@@ -111,7 +112,8 @@ impl Seen {
         })
     }
 
-    /// Σ f ⟨n·wi⟩ E against each direction above the emitter. Where the reflectance is Lambert's all are alike: radiosity.
+    /// Σ f ⟨n·wi⟩ E against each direction above the emitter. Where the reflectance is Lambert's all are
+    /// alike: radiosity.
     fn leaving(&self, e: Emitter, from: &[(DVec3, [f64; 3])], out: &mut [[f32; 3]]) {
         let (frame, brdf) = (&self.frames[e.vertex as usize], self.brdf(e));
         let matte = matches!(brdf.form(), Form::Lambert { .. });

@@ -72,7 +72,8 @@ fn steps(n: usize) -> Vec<f32> {
     (0..=n).map(|k| k as f32 / n as f32).collect()
 }
 
-/// A unit box seen from inside, whose walls have `n` × `n` squares: floor, ceiling and four walls, of the slots 0 to 5.
+/// A unit box seen from inside, whose walls have `n` × `n` squares: floor, ceiling and four walls, of the
+/// slots 0 to 5.
 fn inside(n: usize) -> Mesh {
     let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z];
     let all = [(Vec3::ZERO, z, x), (y, x, z), (Vec3::ZERO, x, y), (z, y, x), (Vec3::ZERO, y, z), (x, z, y)];
@@ -102,8 +103,8 @@ fn mean(values: &[[f64; 3]], weights: &[f64]) -> f64 {
     sum / weights.iter().sum::<f64>()
 }
 
-/// Walls of a long groove of opening α under a light in the middle of it, which are evenly lit: in the mean the first bounce is
-/// ρ²EF, F = 1 − sin(α/2), and further ones what form factors between strips give.
+/// Walls of a long groove of opening α under a light in the middle of it, which are evenly lit: in the mean
+/// the first bounce is ρ²EF, F = 1 − sin(α/2), and further ones what form factors between strips give.
 #[test]
 fn a_grooves_bounces_have_their_closed_forms() {
     const N: usize = 40;
@@ -150,9 +151,9 @@ fn a_grooves_bounces_have_their_closed_forms() {
     }
 }
 
-/// In a closed box all light stays: a lamp of intensity I gives its walls of area A the mean irradiance 4πI/A, and each reflection
-/// leaves the albedo of it, wherever the lamp is and wherever links end, up to what light varies between vertices: the square of the
-/// length of edges.
+/// In a closed box all light stays: a lamp of intensity I gives its walls of area A the mean irradiance
+/// 4πI/A, and each reflection leaves the albedo of it, wherever the lamp is and wherever links end, up to
+/// what light varies between vertices: the square of the length of edges.
 #[test]
 fn a_box_keeps_its_light() {
     let albedo = 0.7f64;
@@ -177,8 +178,8 @@ fn a_box_keeps_its_light() {
     assert!(nearest.iter().all(|x| x.abs() < 0.03), "{nearest:?}");
 }
 
-/// Means over a mesh are those of paths through it after 1, 2 and 4 reflections between surfaces, within their noise and 2 %: in a
-/// box of six materials, some glossy, and on a ring that shadows itself.
+/// Means over a mesh are those of paths through it after 1, 2 and 4 reflections between surfaces, within
+/// their noise and 2 %: in a box of six materials, some glossy, and on a ring that shadows itself.
 #[test]
 fn means_are_those_of_paths() {
     let room = [
@@ -232,7 +233,8 @@ fn means_are_those_of_paths() {
     }
 }
 
-/// What Lambert's reflectance leaves is found once a vertex; others, which give the same numbers, once a direction.
+/// What Lambert's reflectance leaves is found once a vertex; others, which give the same numbers, once a
+/// direction.
 #[test]
 fn radiosity_is_the_general_sum() {
     let mesh = inside(4);
@@ -247,7 +249,8 @@ fn radiosity_is_the_general_sum() {
     }
 }
 
-/// A plate hides the light of what is under it, at vertices and between them in part; `shadow=none` lets it through.
+/// A plate hides the light of what is under it, at vertices and between them in part; `shadow=none` lets it
+/// through.
 #[test]
 fn plates_shadow_the_floor() {
     let s = steps(8);
@@ -322,8 +325,8 @@ fn frames_repeat() {
     assert_eq!(one.install(made), made());
 }
 
-/// Views that mirror light at the horizon where triangles face away from it have little of the certificate, as of pictures: one of a
-/// glossy knot errs by 4.5 %.
+/// Views that mirror light at the horizon where triangles face away from it have little of the certificate,
+/// as of pictures: one of a glossy knot errs by 4.5 %.
 #[test]
 fn highlights_at_the_horizon_do_not_make_the_certificate() {
     let mesh = shapes::by_name("knot").expect("a shape");

@@ -1,15 +1,17 @@
-//! Precomputed radiance transfer with any reflectance: self-shadowing under light that changes, seen from anywhere.
+//! Precomputed radiance transfer with any reflectance: self-shadowing under light that changes, seen from
+//! anywhere.
 //!
-//! Kautz, Sloan & Snyder (2002), *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics*,
-//! section 5; STAR04 7.4.4, eq. 54.
+//! Kautz, Sloan & Snyder (2002), *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical
+//! Harmonics*, section 5; STAR04 7.4.4, eq. 54.
 //!
 //! > L_o(x, wo) = Σ_i c_i(wo) Σ_j (R M(x))_ij L_j,  M_ij = ∫ V(x, w) y_i(w) y_j(w) dw
 //!
-//! with L_j the light's coefficients in the world, W sr⁻¹ m⁻², M the glossy transfer matrix of a site, and R the rotation
-//! into its frame, folded into the matrix. Approximated: L and f_cos, by their first bands, the view by a table on the
-//! paraboloid; V is what rays find, of which the matrix knows 2·bands − 1 bands, which is all that the products need; radiance is
-//! interpolated between the sites of a triangle. Shadows alone: the reflectance may change without another transfer.
-//! Refused: point lights, and highlights along circles too narrow to certify.
+//! with L_j the light's coefficients in the world, W sr⁻¹ m⁻², M the glossy transfer matrix of a site, and R
+//! the rotation into its frame, folded into the matrix. Approximated: L and f_cos, by their first bands, the
+//! view by a table on the paraboloid; V is what rays find, of which the matrix knows 2·bands − 1 bands, which
+//! is all that the products need; radiance is interpolated between the sites of a triangle. Shadows alone:
+//! the reflectance may change without another transfer. Refused: point lights, and highlights along circles
+//! too narrow to certify.
 
 mod bake;
 mod shade;
@@ -52,8 +54,8 @@ impl Technique for PrtBrdf {
         visibility: "self-shadowing per site, as a matrix with the rotation into the site's frame",
         reflectance: "spherical harmonics of f_cos for each view, a table on the paraboloid",
         materials: certify::measurable,
-        // The suite's points are sites without tangents, and paths, which certificates are measured by, are noisy where
-        // reflectance is glossy.
+        // The suite's points are sites without tangents, and paths, which certificates are measured by, are
+        // noisy where reflectance is glossy.
         specimens: &["lambert:albedo=0.8/0.5/0.2"],
         exact_when: EXACT,
         capabilities: Capabilities {

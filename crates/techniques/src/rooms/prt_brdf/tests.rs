@@ -96,7 +96,8 @@ fn sixteen_bits_are_enough() {
     }
 }
 
-/// Under light of three bands a lambertian surface is that of transfer vectors, up to the bands of the cosine beyond five.
+/// Under light of three bands a lambertian surface is that of transfer vectors, up to the bands of the cosine
+/// beyond five.
 #[test]
 fn lambert_is_diffuse_transfer() {
     let (g, spec) = (balls(), "lambert:albedo=0.8/0.5/0.2");

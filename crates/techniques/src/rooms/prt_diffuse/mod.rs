@@ -1,15 +1,18 @@
-//! Precomputed radiance transfer of diffuse surfaces: self-shadowing and interreflection under light from far away.
+//! Precomputed radiance transfer of diffuse surfaces: self-shadowing and interreflection under light from far
+//! away.
 //!
-//! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer for Real-Time Rendering in Dynamic, Low-Frequency
-//! Lighting Environments*, sections 3 and 4; STAR04 7.4.4, eq. 53.
+//! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer for Real-Time Rendering in Dynamic,
+//! Low-Frequency Lighting Environments*, sections 3 and 4; STAR04 7.4.4, eq. 53.
 //!
 //! > L_o(x) = (albedo/π) Σ_i t_i(x) L_i,  t_i(x) = ∫ V(x, w) (n·w)₊ y_i(w) dw
 //!
-//! with L_i the light's coefficients in W sr⁻¹ m⁻². Approximated: L, by its first bands, as seen by t; V is what rays
-//! find, interpolated between the sites of a triangle; f is exact. With more than one scattering event t also holds what
-//! the mesh reflects to x, with the albedo that was baked: another albedo bakes the transfer anew. Refused: any
-//! reflectance but Lambert's, and point lights. With `normals`, what arrives straight is known for other normals than the mesh's too
-//! (Sloan 2006, *Normal Mapping for Precomputed Radiance Transfer*); what is reflected is taken as at the mesh's. Of suns that are shaded exactly beside the data, t holds what is reflected. Small lights ring: a window over the bands trades sharpness for that.
+//! with L_i the light's coefficients in W sr⁻¹ m⁻². Approximated: L, by its first bands, as seen by t; V is
+//! what rays find, interpolated between the sites of a triangle; f is exact. With more than one scattering
+//! event t also holds what the mesh reflects to x, with the albedo that was baked: another albedo bakes the
+//! transfer anew. Refused: any reflectance but Lambert's, and point lights. With `normals`, what arrives
+//! straight is known for other normals than the mesh's too (Sloan 2006, *Normal Mapping for Precomputed
+//! Radiance Transfer*); what is reflected is taken as at the mesh's. Of suns that are shaded exactly beside
+//! the data, t holds what is reflected. Small lights ring: a window over the bands trades sharpness for that.
 
 mod bake;
 mod normals;
@@ -111,7 +114,8 @@ impl Technique for PrtDiffuse {
     fn is_whole(b: &Bake<Self>) -> bool {
         let (n, stride) = (b.params.bands * b.params.bands, b.transfer.stride());
         let more = if b.params.by_normal() { HARMONICS * n } else { 0 };
-        // Nothing yet, or vectors of direct light, of reflected light in one channel or three, and of other normals.
+        // Nothing yet, or vectors of direct light, of reflected light in one channel or three, and of other
+        // normals.
         stride == 0 || [n, 2 * n, 4 * n].map(|k| k + more).contains(&stride)
     }
 

@@ -1,17 +1,18 @@
 //! Irradiance as a function of the normal, for normal maps.
 //!
-//! Sloan (2006), *Normal Mapping for Precomputed Radiance Transfer*: what arrives at a site is known by its transfer matrix M, and its
-//! convolution with the cosine gives the irradiance of every normal n' near the site's own,
+//! Sloan (2006), *Normal Mapping for Precomputed Radiance Transfer*: what arrives at a site is known by its
+//! transfer matrix M, and its convolution with the cosine gives the irradiance of every normal n' near the
+//! site's own,
 //!
 //! > E(n') = Σ_j A_j y_j(n') (M L)_j,  M_ji = ∫ V y_j y_i dw over n·w > 0
 //!
-//! Cosines have little above their second band, and n' is above the surface: of E the nine harmonics are kept that come nearest to it over
-//! this hemisphere, by least squares,
+//! Cosines have little above their second band, and n' is above the surface: of E the nine harmonics are kept
+//! that come nearest to it over this hemisphere, by least squares,
 //!
 //! > **E(n') ≈ Σ_k y_k(n') Σ_i T_ki L_i,  T = R⁻¹ G₃⁻¹ G R diag(A) M**,  G_kj = ∫ y_k y_j over z > 0
 //!
-//! with R the turn to the site's frame and G₃ its part of three bands. T is about world axes, so that it may be interpolated between sites
-//! of other frames.
+//! with R the turn to the site's frame and G₃ its part of three bands. T is about world axes, so that it may
+//! be interpolated between sites of other frames.
 
 use super::PrtDiffuse;
 use crate::shared::geometry::matrices::{Below, seen};
@@ -141,7 +142,8 @@ mod tests {
         }
     }
 
-    /// What three bands hold is kept as it is; of higher ones the fit over the hemisphere is nearer than leaving them out.
+    /// What three bands hold is kept as it is; of higher ones the fit over the hemisphere is nearer than
+    /// leaving them out.
     #[test]
     fn nine_harmonics_come_near_others_over_the_hemisphere() {
         let n = 25;
@@ -152,7 +154,8 @@ mod tests {
                 assert!((p[k * n + j] - want).abs() < 1e-9, "{k} {j}: {}", p[k * n + j]);
             }
         }
-        // Harmonics of band 3 with no more than one wave round the circle, of which half a sphere shows about one bend.
+        // Harmonics of band 3 with no more than one wave round the circle, of which half a sphere shows about
+        // one bend.
         let mut y = vec![0.0; n];
         for j in [11, 12, 13] {
             let (mut left, mut all) = (0.0, 0.0);

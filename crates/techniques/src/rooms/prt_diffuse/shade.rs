@@ -1,4 +1,5 @@
-//! Radiance of every site once a frame, interpolated at points; `shade.wgsl` sums the same at each of the three sites.
+//! Radiance of every site once a frame, interpolated at points; `shade.wgsl` sums the same at each of the
+//! three sites.
 
 use super::PrtDiffuse;
 use super::normals::{HARMONICS, difference};
@@ -23,7 +24,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// In the memory of the frame before: new memory is cleared page by page, which takes about as long as the sums.
+    /// In the memory of the frame before: new memory is cleared page by page, which takes about as long as
+    /// the sums.
     pub(super) fn update(&mut self, b: &Bake<PrtDiffuse>, v: &View) {
         let (bands, vectors) = (b.params.bands, &*b.transfer);
         if vectors.is_empty() {
@@ -101,7 +103,8 @@ impl Kernel for AtPoints<'_, '_, '_> {
                 let mut lane = 0;
                 while lane < GROUP {
                     let at = first + lane;
-                    // Whether a view is in front is decided by products that are rounded each, as everywhere else.
+                    // Whether a view is in front is decided by products that are rounded each, as everywhere
+                    // else.
                     let mut facing = zero;
                     for k in 0..3 {
                         facing = facing.add(A::F32::load(&q.n[k][at..]).mul(A::F32::load(&q.wo[k][at..])));

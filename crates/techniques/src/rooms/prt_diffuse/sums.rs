@@ -86,8 +86,9 @@ impl Kernel for Block<'_> {
     }
 }
 
-/// The sums of the first group of sites of `numbers`, which have `stride` each. Two sums of each channel run side by side, of two
-/// registers of sites, or where one register holds the group, of even and odd coefficients: one alone would wait for its last product.
+/// The sums of the first group of sites of `numbers`, which have `stride` each. Two sums of each channel run
+/// side by side, of two registers of sites, or where one register holds the group, of even and odd
+/// coefficients: one alone would wait for its last product.
 #[inline(always)]
 fn group<A: Arch, T: Number>(
     form: Form,
@@ -186,8 +187,8 @@ mod tests {
     use super::*;
     use steradian_testkit::on_every_isa;
 
-    /// Sums by registers are those in f64, of all bands, in both precisions, of vectors with and without reflected light and others
-    /// behind them, and of numbers of sites that fill no group.
+    /// Sums by registers are those in f64, of all bands, in both precisions, of vectors with and without
+    /// reflected light and others behind them, and of numbers of sites that fill no group.
     #[test]
     fn registers_sum_what_the_formula_says() {
         let number = |k: usize| ((k as f64 * 0.754_877_666).fract() - 0.5) as f32;

@@ -41,7 +41,8 @@ fn reflected_light_is_that_of_paths() {
     }
 }
 
-/// Sites in one slot of the mesh get what they get among all, also of light that the others reflect; the others get nothing.
+/// Sites in one slot of the mesh get what they get among all, also of light that the others reflect; the
+/// others get nothing.
 #[test]
 fn slots_have_the_data_that_they_have_among_all() {
     let mut low = ring();

@@ -1,15 +1,18 @@
-//! Precomputed radiance transfer of glossy surfaces: what a site sees of any light, by a matrix, and reflectance on top.
+//! Precomputed radiance transfer of glossy surfaces: what a site sees of any light, by a matrix, and
+//! reflectance on top.
 //!
-//! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer for Real-Time Rendering in Dynamic, Low-Frequency
-//! Lighting Environments*, section 4.2; STAR04 7.5.1, eqs 53 and 54.
+//! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer for Real-Time Rendering in Dynamic,
+//! Low-Frequency Lighting Environments*, section 4.2; STAR04 7.5.1, eqs 53 and 54.
 //!
 //! > L' = M(x) L,  M_ij(x) = ∫ V(x, w) y_i(w) y_j(w) dw;  L_o = Σ_i c_i(wo) L'_i;  Phong: L_o = Σ_lm k_l L'_lm y_lm(r)
 //!
-//! with L_i the light's coefficients about world axes in W sr⁻¹ m⁻², and c_i(wo) those of f_cos, from a table over the view (Kautz,
-//! Sloan & Snyder 2002) turned to the world. For `phong` r = 2(n·wo)n − wo and k_l = 2π ∫ x₊ⁿ P_l(x) dx of its lobe: a convolution
-//! at the mirror direction, without any table (Funk–Hecke); V is then zero below the horizon, where the lobe ends. Approximated: L and the lobe, by their first bands; V is what rays find, interpolated between
-//! the sites of a triangle. Refused: point lights, and reflections between surfaces, which would need the reflectance in
-//! M. Small lights ring: a window over the bands trades sharpness for that.
+//! with L_i the light's coefficients about world axes in W sr⁻¹ m⁻², and c_i(wo) those of f_cos, from a table
+//! over the view (Kautz, Sloan & Snyder 2002) turned to the world. For `phong` r = 2(n·wo)n − wo and k_l = 2π
+//! ∫ x₊ⁿ P_l(x) dx of its lobe: a convolution at the mirror direction, without any table (Funk–Hecke); V is
+//! then zero below the horizon, where the lobe ends. Approximated: L and the lobe, by their first bands; V is
+//! what rays find, interpolated between the sites of a triangle. Refused: point lights, and reflections
+//! between surfaces, which would need the reflectance in M. Small lights ring: a window over the bands trades
+//! sharpness for that.
 
 mod bake;
 mod shade;

@@ -1,5 +1,5 @@
-//! Transferred light of every site once a frame, summed with the reflectance at points ([`Glossy`]); on GPUs with the
-//! matrices of the three sites around each point.
+//! Transferred light of every site once a frame, summed with the reflectance at points ([`Glossy`]); on GPUs
+//! with the matrices of the three sites around each point.
 
 use super::PrtGlossy;
 use crate::gpu::{Buffer, Entry};

@@ -55,8 +55,8 @@ fn halves_round() {
     assert!(far > 0.0 && far < 3e-3, "{far}");
 }
 
-/// A ball seen along its normals in constant light: ∫ (n·w)₊ⁿ dw = 2π/(n + 1), whatever the bands, because the half space
-/// turns what the lobe has below the horizon by parity.
+/// A ball seen along its normals in constant light: ∫ (n·w)₊ⁿ dw = 2π/(n + 1), whatever the bands, because
+/// the half space turns what the lobe has below the horizon by parity.
 #[test]
 fn a_furnace_is_the_integral_of_the_lobe() {
     let mesh = shapes::icosphere(2);
@@ -73,8 +73,8 @@ fn points_without_sites_are_black() {
     crate::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
 }
 
-/// Reflectance but phong by a table: what `prt_brdf` shades, whose matrices hold the turn into the frames of sites, at the
-/// vertices, where both see the same; one channel and three.
+/// Reflectance but phong by a table: what `prt_brdf` shades, whose matrices hold the turn into the frames of
+/// sites, at the vertices, where both see the same; one channel and three.
 #[test]
 fn tables_shade_what_turned_matrices_do() {
     let mesh = ring();

@@ -1,4 +1,5 @@
-//! The twelve views, and the three around any view with their barycentric weights; `shade.wgsl` has the same function.
+//! The twelve views, and the three around any view with their barycentric weights; `shade.wgsl` has the same
+//! function.
 
 use glam::DVec3;
 
@@ -37,9 +38,9 @@ pub fn view(k: usize) -> [f32; 3] {
     }
 }
 
-/// The vertices of the face that contains unit `w`, and w's barycentric weights on the sphere (signed volumes), which
-/// sum to 1. In the octant of w, A = (0, a, b), B = (a, b, 0), C = (b, 0, a) are one face; beside each of its edges
-/// lies a face whose third vertex is the mirror image of one of the two.
+/// The vertices of the face that contains unit `w`, and w's barycentric weights on the sphere (signed
+/// volumes), which sum to 1. In the octant of w, A = (0, a, b), B = (a, b, 0), C = (b, 0, a) are one face;
+/// beside each of its edges lies a face whose third vertex is the mirror image of one of the two.
 #[inline(always)]
 pub fn around(w: [f32; 3]) -> ([usize; 3], [f32; 3]) {
     let [sx, sy, sz] = w.map(|c| usize::from(c < 0.0));
@@ -60,8 +61,8 @@ pub fn around(w: [f32; 3]) -> ([usize; 3], [f32; 3]) {
     (index, weight.map(|v| v.max(0.0) * scale))
 }
 
-/// Weights of a vertex, its mirror image and the third one of their face, from the coordinates that are the third's
-/// longer one, the pair's longer one and the pair's shorter one.
+/// Weights of a vertex, its mirror image and the third one of their face, from the coordinates that are the
+/// third's longer one, the pair's longer one and the pair's shorter one.
 #[inline(always)]
 fn mirrored(third: f32, long: f32, short: f32) -> [f32; 3] {
     let w = third / LONG;

@@ -1,23 +1,23 @@
 //! Reflection-space image-based rendering: twelve prefiltered spheres, warped and blended.
 //!
-//! Cabral, Olano & Nemec (1999), *Reflection Space Image Based Rendering*; STAR04 7.3.5, eq. 32; twelve views at the
-//! vertices of an icosahedron: RH02 5.3.2, 5.6.2. For each view wo_i, B_i(n) = L_o(wo_i, n) is exact for any isotropic
-//! reflectance. For another view,
+//! Cabral, Olano & Nemec (1999), *Reflection Space Image Based Rendering*; STAR04 7.3.5, eq. 32; twelve views
+//! at the vertices of an icosahedron: RH02 5.3.2, 5.6.2. For each view wo_i, B_i(n) = L_o(wo_i, n) is exact
+//! for any isotropic reflectance. For another view,
 //!
 //! > **r = 2(n·wo)n − wo, n_i = (wo_i + r)/|wo_i + r|, L_o(wo, n) ≈ Σ_i w_i B_i(n_i)**
 //!
-//! over the three nearest views, w barycentric on the sphere. The warp n → n_i keeps the mirror direction, so B_i is
-//! stored over r and one direction serves all three lookups. No n_i faces away from its view: n_i·wo_i =
-//! √((1 + r·wo_i)/2) ≥ 0. The one singular direction is r = −wo_i, where n_i may be any normal at a right angle to
-//! wo_i: there the map holds the mean over these, the view grazing.
+//! over the three nearest views, w barycentric on the sphere. The warp n → n_i keeps the mirror direction, so
+//! B_i is stored over r and one direction serves all three lookups. No n_i faces away from its view:
+//! n_i·wo_i = √((1 + r·wo_i)/2) ≥ 0. The one singular direction is r = −wo_i, where n_i may be any normal at
+//! a right angle to wo_i: there the map holds the mean over these, the view grazing.
 //!
-//! With `warp` = 0 it is the normal that the warp keeps, STAR04's other choice: n_i = n, over the views that see the
-//! surface, the less the nearer it is to their horizon.
+//! With `warp` = 0 it is the normal that the warp keeps, STAR04's other choice: n_i = n, over the views that
+//! see the surface, the less the nearer it is to their horizon.
 //!
-//! The one factor approximated is the dependence on the view beside that through r. For a Lambertian surface it is
-//! all wrong (it depends on n, not on r), so with `diffuse_split` (the default) the largest Lambertian part of the
-//! reflectance is looked up by n in a map of its own. V = 1. Radiance in W sr⁻¹ m⁻². Refused: anisotropic
-//! reflectance, point lights.
+//! The one factor approximated is the dependence on the view beside that through r. For a Lambertian surface
+//! it is all wrong (it depends on n, not on r), so with `diffuse_split` (the default) the largest Lambertian
+//! part of the reflectance is looked up by n in a map of its own. V = 1. Radiance in W sr⁻¹ m⁻². Refused:
+//! anisotropic reflectance, point lights.
 
 mod bake;
 mod icosahedron;

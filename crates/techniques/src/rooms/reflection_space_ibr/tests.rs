@@ -62,7 +62,8 @@ fn lambert_is_wrong_as_published_and_right_when_split_off() {
     assert!(split < 0.01, "{split}");
 }
 
-/// The warp that keeps n: right for what depends on n alone, exact at the twelve views, and wrong where r rules.
+/// The warp that keeps n: right for what depends on n alone, exact at the twelve views, and wrong where r
+/// rules.
 #[test]
 fn the_warp_may_keep_the_normal() {
     let lights = lights::studio();

@@ -43,7 +43,8 @@ pub struct Tables {
     pub coordinates: Coordinates,
     /// g_k, four terms a layer.
     pub left: GridStack,
-    /// h_k: a colour a layer, or four terms a layer, red, green and blue in turn, or of one where there is a tint.
+    /// h_k: a colour a layer, or four terms a layer, red, green and blue in turn, or of one where there is a
+    /// tint.
     pub right: GridStack,
     /// Has a layer four terms of one of three colours?
     pub fours: bool,
@@ -103,7 +104,8 @@ fn forms(choice: usize, isotropic: bool) -> Vec<Form> {
     }
 }
 
-/// Bytes of the matrices of these coordinates: entries with their weights, three colours, and twice what the solvers keep.
+/// Bytes of the matrices of these coordinates: entries with their weights, three colours, and twice what the
+/// solvers keep.
 fn memory(c: &Coordinates) -> u64 {
     48 * (c.x.len() * c.y.len()) as u64
 }

@@ -9,10 +9,11 @@ use glam::DVec3;
 pub enum Form {
     /// x = v, y = l.
     ViewLight,
-    /// x = h, y = d: the light in a frame about h whose first axis is the tangent's part across h (Kautz & McCool 1999).
+    /// x = h, y = d: the light in a frame about h whose first axis is the tangent's part across h (Kautz &
+    /// McCool 1999).
     HalfDifference,
-    /// The same of isotropic reflectance: x is the angle of h alone, and the first axis of d's frame lies in the plane of h and
-    /// n, to the outside (Rusinkiewicz 1998).
+    /// The same of isotropic reflectance: x is the angle of h alone, and the first axis of d's frame lies in
+    /// the plane of h and n, to the outside (Rusinkiewicz 1998).
     IsotropicHalfDifference,
     /// x = h, y = v.
     HalfView,
@@ -24,13 +25,14 @@ pub struct Coordinates {
     pub form: Form,
     pub x: Map,
     pub y: Map,
-    /// How high light and view must be for a pair to be seen, as a cosine with the normal. Nearer to the horizon, where some
-    /// models have no bound, a node whose cell reaches below it would stand for far more than its cell.
+    /// How high light and view must be for a pair to be seen, as a cosine with the normal. Nearer to the
+    /// horizon, where some models have no bound, a node whose cell reaches below it would stand for far more
+    /// than its cell.
     pub lowest: f64,
 }
 
-/// Pairs whose light or view lies below the horizon have no reflectance. What stands for it, with next to no weight, is
-/// that of a pair with both this far above.
+/// Pairs whose light or view lies below the horizon have no reflectance. What stands for it, with next to no
+/// weight, is that of a pair with both this far above.
 const ABOVE: f64 = 0.05;
 /// From which cosine on pairs are seen where cells reach below the horizon.
 const LOWEST: f64 = 2e-3;
@@ -148,8 +150,8 @@ impl Coordinates {
         matches!(self.form, Form::HalfDifference | Form::IsotropicHalfDifference)
     }
 
-    /// What the table holds over f at a node of y: (h·l)² over (h, d). Microfacets' f grows as its inverse where light and view
-    /// are nearly opposite; without that factor the entries are smooth.
+    /// What the table holds over f at a node of y: (h·l)² over (h, d). Microfacets' f grows as its inverse
+    /// where light and view are nearly opposite; without that factor the entries are smooth.
     pub fn over(&self, y: &Node) -> f64 {
         if self.over_half() { y.direction.z.powi(2) } else { 1.0 }
     }

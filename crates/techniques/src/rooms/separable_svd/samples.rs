@@ -9,7 +9,8 @@ use steradian_numerics::matrix::Matrix;
 use steradian_numerics::svd::{self, Svd};
 use steradian_parallel::prelude::*;
 
-/// M and the weights of its errors: a row a node of x, a column a node of y. M is f times [`Coordinates::over`].
+/// M and the weights of its errors: a row a node of x, a column a node of y. M is f times
+/// [`Coordinates::over`].
 pub struct Samples {
     pub coordinates: Coordinates,
     /// One matrix where all channels are multiples of one, else three.
@@ -78,7 +79,8 @@ impl Samples {
         Ok(Self { coordinates, colours, tint: tint.unwrap_or([1.0; 3]), weights, marginals })
     }
 
-    /// Singular values and vectors of √w M, w the product of the weights of rows and columns; all colours side by side.
+    /// Singular values and vectors of √w M, w the product of the weights of rows and columns; all colours
+    /// side by side.
     pub fn svd(&self, count: usize) -> Svd {
         let [rows, columns] = &self.marginals;
         let root = |v: &[f64]| v.iter().map(|x| x.sqrt()).collect::<Vec<_>>();
@@ -113,8 +115,8 @@ impl Samples {
         Factors { left: left.collect(), right, residual }
     }
 
-    /// The fewest terms, `least` to `most`, whose error relative to M is at most `tolerance`, else `most`; and σ₁/σ₀ where
-    /// they are singular vectors.
+    /// The fewest terms, `least` to `most`, whose error relative to M is at most `tolerance`, else `most`;
+    /// and σ₁/σ₀ where they are singular vectors.
     pub fn decompose(
         &self,
         [least, most]: [usize; 2],
@@ -143,7 +145,8 @@ impl Samples {
         Ok((f, None))
     }
 
-    /// Normalised decomposition: g the mean of M over y, and h that of M/g over x, each of the pairs that are seen.
+    /// Normalised decomposition: g the mean of M over y, and h that of M/g over x, each of the pairs that are
+    /// seen.
     pub fn normalised(&self) -> Factors {
         let (rows, columns) = (self.weights.rows(), self.weights.columns());
         let share = 1.0 / self.colours.len() as f64;

@@ -63,7 +63,8 @@ fn products_have_rank_one() {
         let s = samples(spec, Form::ViewLight, 16).svd(2);
         assert!(s.values.get(1).is_none_or(|second| second / s.values[0] < 1e-6), "{spec}: {:?}", s.values);
     }
-    // The power of n·h times Schlick's term is D(h) F(d) once the cosines of Ashikhmin and Shirley's model are divided out.
+    // The power of n·h times Schlick's term is D(h) F(d) once the cosines of Ashikhmin and Shirley's model
+    // are divided out.
     let (brdf, nh) = (parse("lambert").expect("lambert"), 20.0);
     for isotropic in [true, false] {
         let symmetry = Symmetry { isotropic, ..Symmetry::of(&*brdf) };
@@ -155,7 +156,8 @@ fn below_the_horizon_is_missing() {
     }
 }
 
-/// Normalised decomposition: not negative, exact for products whose pairs all exist, never better than least squares.
+/// Normalised decomposition: not negative, exact for products whose pairs all exist, never better than least
+/// squares.
 #[test]
 fn normalised_decomposition_is_a_mean() {
     let exact = samples("minnaert:k=1.4", Form::ViewLight, 16).normalised();

@@ -1,14 +1,15 @@
 //! Shading with any reflectance by spherical harmonics.
 //!
-//! Kautz, Sloan & Snyder (2002), *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics*, eq. 1;
-//! STAR04 7.4.4, eqs 47–51.
+//! Kautz, Sloan & Snyder (2002), *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical
+//! Harmonics*, eq. 1; STAR04 7.4.4, eqs 47–51.
 //!
 //! > L_o(wo) = Σ_i L_i c_i(wo),  c_i(wo) = ∫ y_i(wi) f(wi, wo) ⟨n·wi⟩ dwi
 //!
-//! with L_i the light's coefficients in the frame of the point, W sr⁻¹ m⁻². Approximated: L, by its first bands, and the
-//! view, by a table on the paraboloid; V = 1. Of f nothing is lost but what these bands of the light do not see: no
-//! separation, no symmetry. Where its widths vary over the surface, c_i(wo, q) has a table for each of some widths q. Suns are taken out of the light and shaded with the reflectance itself (the paper's section 7).
-//! Refused: point lights, and highlights along circles too narrow to certify.
+//! with L_i the light's coefficients in the frame of the point, W sr⁻¹ m⁻². Approximated: L, by its first
+//! bands, and the view, by a table on the paraboloid; V = 1. Of f nothing is lost but what these bands of the
+//! light do not see: no separation, no symmetry. Where its widths vary over the surface, c_i(wo, q) has a
+//! table for each of some widths q. Suns are taken out of the light and shaded with the reflectance itself
+//! (the paper's section 7). Refused: point lights, and highlights along circles too narrow to certify.
 
 mod bake;
 mod shade;

@@ -1,5 +1,5 @@
-//! The light of a frame, and the sum over coefficients ([`view_table`]); suns on top. Where light or view stands still
-//! (KSS02 section 4), sites keep what does not change.
+//! The light of a frame, and the sum over coefficients ([`view_table`]); suns on top. Where light or view
+//! stands still (KSS02 section 4), sites keep what does not change.
 
 use super::ShBrdf;
 use super::bake::Fix;

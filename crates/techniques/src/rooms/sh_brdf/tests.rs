@@ -57,7 +57,8 @@ fn lambert_is_irradiance_from_nine_coefficients() {
     }
 }
 
-/// f_cos of three bands in wi for every view, anisotropic and not separable: 1 + r·wi/2 + wi.x wi.y (r·x)/3 over the sphere.
+/// f_cos of three bands in wi for every view, anisotropic and not separable: 1 + r·wi/2 + wi.x wi.y (r·x)/3
+/// over the sphere.
 #[derive(Debug)]
 struct Limited;
 
@@ -142,8 +143,8 @@ fn band_limited_light_and_reflectance_give_the_integral() {
     }
 }
 
-/// A circular light of any size and direction has its coefficients in closed form (KSS02 section 3): those of its cap,
-/// 2π ∫ P_l = 2π (P_{l−1}(cos r) − P_{l+1}(cos r))/(2l + 1), times y at its centre.
+/// A circular light of any size and direction has its coefficients in closed form (KSS02 section 3): those of
+/// its cap, 2π ∫ P_l = 2π (P_{l−1}(cos r) − P_{l+1}(cos r))/(2l + 1), times y at its centre.
 #[test]
 fn circular_lights_have_closed_coefficients() {
     let direction = DVec3::new(0.3, 0.8, -0.4).normalize();
@@ -243,8 +244,8 @@ fn typed(fix: &str, halves: bool, g: &Geometry) -> Bake<ShBrdf> {
     }
 }
 
-/// At vertices, light or view fixed, radiance is what it is with both free; and what sites keep is made anew where that
-/// changes which stands still, and only there.
+/// At vertices, light or view fixed, radiance is what it is with both free; and what sites keep is made anew
+/// where that changes which stands still, and only there.
 #[test]
 fn fixed_light_and_fixed_view_keep_what_stands_still() {
     let mesh = Arc::new(steradian_scene::shapes::icosphere(2));
@@ -267,7 +268,8 @@ fn fixed_light_and_fixed_view_keep_what_stands_still() {
         rgb
     };
     let free = typed("nothing", false, &g);
-    // Whole numbers of 16 bits: 25 products of two, each off by 2^-16 of the largest, and 16-bit floats in the table.
+    // Whole numbers of 16 bits: 25 products of two, each off by 2^-16 of the largest, and 16-bit floats in
+    // the table.
     for (fix, halves, most) in [("light", false, 2e-5), ("view", false, 2e-5), ("light", true, 1e-3)] {
         let b = typed(fix, halves, &g);
         let (mut f, mut other) = (Frame::default(), Frame::default());
@@ -341,8 +343,8 @@ fn widths_alike_are_one_reflectance() {
     assert_eq!(b.certificate().details.iter().find(|d| d.0 == "tables").unwrap().1, 1.0);
 }
 
-/// At texels whose widths are a node's, shading is that of the node's reflectance; between them it errs by no more than was measured,
-/// and by a quarter of that with twice the nodes.
+/// At texels whose widths are a node's, shading is that of the node's reflectance; between them it errs by no
+/// more than was measured, and by a quarter of that with twice the nodes.
 #[test]
 fn tables_of_a_line_of_exponents_are_those_of_its_nodes() {
     let spec = "ashikhmin-shirley:nu=1,nv=1";

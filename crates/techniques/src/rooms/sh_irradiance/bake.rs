@@ -32,8 +32,8 @@ impl Light {
         Ok(Self(all))
     }
 
-    /// The relative RMS error over normals is the energy of irradiance in the bands left out over that in all:
-    /// √(Σ_{l>2} A_l² |L_l|² / Σ A_l² |L_l|²) (Parseval), with bands above `ORDER` left out of both.
+    /// The relative RMS error over normals is the energy of irradiance in the bands left out over that in
+    /// all: √(Σ_{l>2} A_l² |L_l|² / Σ A_l² |L_l|²) (Parseval), with bands above `ORDER` left out of both.
     pub(super) fn report(&self, quadric: &Quadric) -> Report {
         let a = Cosine.coefficients(ORDER);
         let energy = |l: usize| -> f64 {

@@ -6,9 +6,9 @@
 //! > L_o(n) = (albedo/π) Σ_{l≤2} A_l L_lm Y_lm(n) = nᵀMn,  A = π, 2π/3, π/4
 //!
 //! with homogeneous n = (x, y, z, 1); L in W sr⁻¹ m⁻². Approximated: L, by its bands 0 to 2 (band 3 of
-//! irradiance is zero, so the first band missed is 4). V = 1; f is exact. Refused: any reflectance but Lambert's,
-//! and point lights. Behind a lone small light the sum falls below zero (by 4 % of the peak); it is not clamped,
-//! and the certificate says how low it goes.
+//! irradiance is zero, so the first band missed is 4). V = 1; f is exact. Refused: any reflectance but
+//! Lambert's, and point lights. Behind a lone small light the sum falls below zero (by 4 % of the peak); it
+//! is not clamped, and the certificate says how low it goes.
 
 mod bake;
 mod shade;

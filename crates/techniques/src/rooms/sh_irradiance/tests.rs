@@ -20,8 +20,8 @@ fn radiance(b: &dyn AnyBake, n: DVec3) -> f64 {
     f64::from(rgb[0][0])
 }
 
-/// Under a unit directional light the nine terms are p(x) = 1/4 + x/2 + (5/32)(3x² − 1), x = n·w (derived from
-/// A_l (2l+1)/4π P_l): at most 9.375 % of the peak from ⟨x⟩₊, at x = 0; lowest −0.0396 at x = −8/15.
+/// Under a unit directional light the nine terms are p(x) = 1/4 + x/2 + (5/32)(3x² − 1), x = n·w (derived
+/// from A_l (2l+1)/4π P_l): at most 9.375 % of the peak from ⟨x⟩₊, at x = 0; lowest −0.0396 at x = −8/15.
 #[test]
 fn a_directional_light_gives_the_polynomial() {
     let direction = DVec3::new(0.3, 0.8, -0.5).normalize();

@@ -62,8 +62,8 @@ pub enum Model {
 pub struct Varied {
     pub model: Model,
     pub bumps: Option<Bumps>,
-    /// Slopes of the normals and their moments, covariance of the lobe, or C in the tangent plane, specular factor, albedo; and of
-    /// Lafortune's lobe C along the normal and 1/n.
+    /// Slopes of the normals and their moments, covariance of the lobe, or C in the tangent plane, specular
+    /// factor, albedo; and of Lafortune's lobe C along the normal and 1/n.
     pub texels: Texels,
     /// Factor of a scaled reflectance's lobe.
     pub scale: [f64; 3],
@@ -89,8 +89,8 @@ pub(super) fn turned([x, y]: [f64; 2], half_turns: f64) -> [f64; 3] {
     [m + d * c, d * s, m - d * c]
 }
 
-/// (α_x² + α_y²)/4, and (α_x² − α_y²)/4 times cosine and sine of twice the angle of `half_turns`. A quarter turn changes nothing but
-/// signs.
+/// (α_x² + α_y²)/4, and (α_x² − α_y²)/4 times cosine and sine of twice the angle of `half_turns`. A quarter
+/// turn changes nothing but signs.
 pub(super) fn covariance([ax, ay]: [f64; 2], half_turns: f64) -> [f64; 3] {
     let turns = half_turns.rem_euclid(1.0);
     let (quarter, sign) = if turns >= 0.5 { (turns - 0.5, -1.0) } else { (turns, 1.0) };

@@ -79,7 +79,8 @@ fn tangents_are_what_widths_make_of_them() {
     assert_eq!((xx, xy, yy), (0.5 * 0.3 * 0.3, 0.0, 0.5 * 0.3 * 0.3));
 }
 
-/// All that varies, against the models about the texels' normals and tangents; the certificate tries every texel.
+/// All that varies, against the models about the texels' normals and tangents; the certificate tries every
+/// texel.
 #[test]
 fn texels_are_the_model_with_their_numbers() {
     for spec in SPECS {
@@ -100,7 +101,8 @@ fn texels_are_the_model_with_their_numbers() {
     }
 }
 
-/// Lafortune's lobe: a tangent turned by 90° is Cx and Cy swapped, equal ones know no tangent, and other lobes than one are refused.
+/// Lafortune's lobe: a tangent turned by 90° is Cx and Cy swapped, equal ones know no tangent, and other
+/// lobes than one are refused.
 #[test]
 fn lobes_of_lafortune_turn_with_the_tangent() {
     let spec = SPECS[5];

@@ -6,7 +6,8 @@ use steradian_brdf::dfg;
 use steradian_light::DirectionalLight;
 use steradian_prefilter::{GgxMirror, Zonal};
 
-/// RH02 5.4: a radially symmetric lobe needs the constant term alone; what depends on t·wi and t·wo needs P + 1.
+/// RH02 5.4: a radially symmetric lobe needs the constant term alone; what depends on t·wi and t·wo needs
+/// P + 1.
 #[test]
 fn terms_are_as_few_as_the_symmetry_allows() {
     let light = lights::smooth();
@@ -46,8 +47,9 @@ fn up_to_60_degrees_it_is_within_5_percent() {
     }
 }
 
-/// A small sun shows the kernel itself, the hardest light there is: 5 % up to 60° at P ≤ 5 for lobes as narrow as 0.2,
-/// and harmonics of the normal hold grazing views where the published ones, of the view, do not.
+/// A small sun shows the kernel itself, the hardest light there is: 5 % up to 60° at P ≤ 5 for lobes as
+/// narrow as 0.2, and harmonics of the normal hold grazing views where the published ones, of the view, do
+/// not.
 #[test]
 fn a_small_sun_is_held_up_to_60_degrees() {
     let light = DirectionalLight { direction: DVec3::new(0.3, 0.8, 0.5).normalize(), irradiance: [1.0; 3] };
@@ -67,7 +69,8 @@ fn a_small_sun_is_held_up_to_60_degrees() {
     }
 }
 
-/// A sun that maps cannot hold is taken apart, unless F or P are given; what is left is as easy as the sky without it.
+/// A sun that maps cannot hold is taken apart, unless F or P are given; what is left is as easy as the sky
+/// without it.
 #[test]
 fn a_sun_that_needs_more_than_maps_is_apart() {
     let spec = "microfacet:sigma=0.5";
@@ -83,7 +86,8 @@ fn a_sun_that_needs_more_than_maps_is_apart() {
     suns_turn_and_are_saved(&mut *b);
 }
 
-/// Under constant light nothing but the albedo's table errs, most beyond its last elevation, and the certificate knows it.
+/// Under constant light nothing but the albedo's table errs, most beyond its last elevation, and the
+/// certificate knows it.
 #[test]
 fn the_table_of_the_albedo_is_counted() {
     let b = bake("shrm", &lights::furnace(), "ggx:alpha=0.25,f0=0.9/0.6/0.3", &[], None);
@@ -91,7 +95,8 @@ fn the_table_of_the_albedo_is_counted() {
     assert!((1e-5..4e-3).contains(&stated), "{stated}");
 }
 
-/// Squared error of the split sum's kernel of one elevation and the energy: a directional light shows the kernel.
+/// Squared error of the split sum's kernel of one elevation and the energy: a directional light shows the
+/// kernel.
 fn split_sum(alpha: f64, f0: f64, degrees: f64) -> f64 {
     let brdf = steradian_brdf::parse(&format!("ggx:alpha={alpha},f0={f0}")).unwrap();
     let slice = vec![Slice::reflection(degrees.to_radians())];
@@ -106,8 +111,8 @@ fn split_sum(alpha: f64, f0: f64, degrees: f64) -> f64 {
     ((off + rest) / s.energy[0][0]).sqrt()
 }
 
-/// Kernel against kernel, for GGX of alpha 0.36: at least 4 times better than the split sum at 60–70°, 1.8 times at
-/// 80°; slices are better still everywhere.
+/// Kernel against kernel, for GGX of alpha 0.36: at least 4 times better than the split sum at 60–70°, 1.8
+/// times at 80°; slices are better still everywhere.
 #[test]
 fn grazing_views_are_better_than_the_split_sum() {
     let light = DirectionalLight { direction: DVec3::new(0.3, 0.8, 0.5).normalize(), irradiance: [1.0; 3] };
@@ -137,8 +142,8 @@ fn halves_change_little_and_are_what_is_saved() {
     assert_eq!(crate::trial::shade(&*loaded, &points), halved);
 }
 
-/// A tolerance that no orders meet costs no more than what reaches about the same error: here P = 8 at the finest spacing
-/// took 290 MB. And a looser tolerance costs no more than a stricter one.
+/// A tolerance that no orders meet costs no more than what reaches about the same error: here P = 8 at the
+/// finest spacing took 290 MB. And a looser tolerance costs no more than a stricter one.
 #[test]
 fn a_missed_tolerance_is_not_paid_for() {
     let mut light = lights::smooth();

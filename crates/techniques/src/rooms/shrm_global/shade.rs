@@ -1,4 +1,5 @@
-//! One lookup along C, summed with y_pq(wo) (per point, or once per frame); `shade.wgsl` has the same functions.
+//! One lookup along C, summed with y_pq(wo) (per point, or once per frame); `shade.wgsl` has the same
+//! functions.
 
 use super::ShrmGlobal;
 use super::bake::Cubes;
@@ -44,7 +45,8 @@ fn half(c: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 }
 
 impl Cubes {
-    /// What y_pq are evaluated at: the view or the normal, in the light's frame, about C where q = 0 alone is left.
+    /// What y_pq are evaluated at: the view or the normal, in the light's frame, about C where q = 0 alone is
+    /// left.
     #[inline(always)]
     fn seen(&self, c: [f32; 3], wo: [f32; 3], n: [f32; 3]) -> [f32; 3] {
         let of = if self.of == Argument::View { wo } else { n };

@@ -14,9 +14,11 @@ use steradian_base::{Elevation, Task};
 
 /// Numbers of disks that are tried.
 const COUNTS: [usize; 4] = [8, 32, 64, 128];
-/// Maps hold the light without suns to so many times the tolerance, relative to its own radiance: as few times as …
+/// Maps hold the light without suns to so many times the tolerance, relative to its own radiance: as few
+/// times as …
 const RESTS: [f64; 5] = [6.0, 4.0, 2.5, 1.5, 1.1];
-/// … so many bytes of maps allow, where the user asks for no tolerance, and for this one: bytes grow about like its inverse.
+/// … so many bytes of maps allow, where the user asks for no tolerance, and for this one: bytes grow about
+/// like its inverse.
 const AMPLE: [usize; 2] = [8 << 20, 64 << 20];
 const ASKED: f64 = 0.01;
 /// To these where views beyond those that count need it.
@@ -85,8 +87,8 @@ impl Choice {
     }
 }
 
-/// The cheapest choice that meets the tolerance, or the one that misses it least. Suns are always taken out: cut off at
-/// F they ring, which little of the mean square tells.
+/// The cheapest choice that meets the tolerance, or the one that misses it least. Suns are always taken out:
+/// cut off at F they ring, which little of the mean square tells.
 pub fn choose(
     light: &SunlitSpectrum,
     material: &Kernels,
@@ -124,8 +126,8 @@ pub fn choose(
     Ok(finer(best, tolerance, ample, &made))
 }
 
-/// The same disks with the rest as near to the tolerance of its own radiance as is `ample`; nearer still where views beyond
-/// those that count spoil the mean of all.
+/// The same disks with the rest as near to the tolerance of its own radiance as is `ample`; nearer still
+/// where views beyond those that count spoil the mean of all.
 fn finer(mut best: Choice, tolerance: f64, ample: usize, made: &dyn Fn(Apart, f64) -> Choice) -> Choice {
     for rest in RESTS.into_iter().skip(1) {
         if !best.lenient || best.expansion.bytes() > ample / 2 {

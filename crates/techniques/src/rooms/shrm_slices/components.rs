@@ -1,11 +1,12 @@
 //! Few maps for all elevations: principal components of the slices, azimuthal order by azimuthal order.
 //!
-//! Over all frames the light's turned coefficients do not correlate ([`crate::shared::light::spectral_error`]), so that what a light shows
-//! of the rows κ_lq(θ_v) is a matrix with entries κ_lq(θ_v) √(Σ_m L_lm²/(2l + 1)), one row for each elevation, for each q.
-//! Its singular vectors are the maps of which the fewest hold all elevations to a given error (Eckart & Young 1936):
-//! κ_lq(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq, r = 1 … R_q. The largest singular values of all q are taken until the tolerance is met
-//! at every elevation that counts; elevations that fare worst are given more weight (Lawson 1961). Each component gets
-//! the resolution at which its share of the lookups' error costs the fewest bytes.
+//! Over all frames the light's turned coefficients do not correlate
+//! ([`crate::shared::light::spectral_error`]), so that what a light shows of the rows κ_lq(θ_v) is a matrix
+//! with entries κ_lq(θ_v) √(Σ_m L_lm²/(2l + 1)), one row for each elevation, for each q. Its singular vectors
+//! are the maps of which the fewest hold all elevations to a given error (Eckart & Young 1936): κ_lq(θ_v) ≈
+//! Σ_r u_rq(θ_v) v_lrq, r = 1 … R_q. The largest singular values of all q are taken until the tolerance is
+//! met at every elevation that counts; elevations that fare worst are given more weight (Lawson 1961). Each
+//! component gets the resolution at which its share of the lookups' error costs the fewest bytes.
 
 use super::scaled::{Scaled, both};
 use crate::shared::light::spectral_error;
@@ -15,8 +16,9 @@ use steradian_parallel::prelude::*;
 
 /// Shares of the squared tolerance that components, F and lookups may use.
 const SHARES: [f64; 3] = [0.55, 0.1, 0.15];
-/// A cut that is little in the mean square is a row of rings beside what is bright: bands go on until what they have left
-/// is this part of the squared tolerance, or to twice as many where a lobe's edge keeps them from fading.
+/// A cut that is little in the mean square is a row of rings beside what is bright: bands go on until what
+/// they have left is this part of the squared tolerance, or to twice as many where a lobe's edge keeps them
+/// from fading.
 const FADED: f64 = 4e-4;
 /// Rounds of weights by elevation.
 const ROUNDS: usize = 3;
@@ -288,8 +290,8 @@ fn lookups(scaled: &Scaled<'_>, x: &Component, size: usize) -> [f64; 3] {
     })
 }
 
-/// Gives each component its size: all together lose at most `most` at every elevation that counts, for the fewest bytes,
-/// or what the allowed bytes let them.
+/// Gives each component its size: all together lose at most `most` at every elevation that counts, for the
+/// fewest bytes, or what the allowed bytes let them.
 fn sizes(scaled: &Scaled<'_>, components: &mut [Component], most: f64, limits: Limits) {
     if limits.size > 0 {
         components.iter_mut().for_each(|c| c.size = limits.size.max(4));
@@ -321,7 +323,8 @@ fn sizes(scaled: &Scaled<'_>, components: &mut [Component], most: f64, limits: L
         let taken = |picked: &[usize]| -> usize {
             picked.iter().enumerate().map(|(k, size)| components[k].maps() * bytes(SIZES[*size])).sum()
         };
-        // The price of a byte, by bisection: dear enough for the allowed bytes, else cheap enough for the error.
+        // The price of a byte, by bisection: dear enough for the allowed bytes, else cheap enough for the
+        // error.
         let (mut cheap, mut dear) = (1e-18 * most, most);
         for _ in 0..40 {
             let middle = (cheap * dear).sqrt();

@@ -60,13 +60,15 @@ fn angle(s: f64) -> f64 {
     LAST.to_radians() * (1.0 - (1.0 - s) * (1.0 - s))
 }
 
-/// How far centres lean from the mirror direction to the middle of the lobe (the direction of ∫ f_cos² wi dwi): a
-/// little for lobes, whose tails need fewer q about the mirror direction, all the way for what is nearly diffuse.
+/// How far centres lean from the mirror direction to the middle of the lobe (the direction of ∫ f_cos² wi
+/// dwi): a little for lobes, whose tails need fewer q about the mirror direction, all the way for what is
+/// nearly diffuse.
 const LEANS: [f64; 2] = [0.3, 1.0];
 /// F and Q at which leans are compared.
 const TRIAL: [usize; 2] = [48, 8];
 
-/// Angle γ between n and C for the places of [`place`] 0 … 1, by the lean that leaves the least energy beyond Q.
+/// Angle γ between n and C for the places of [`place`] 0 … 1, by the lean that leaves the least energy beyond
+/// Q.
 fn centres(brdf: &dyn Brdf, task: &Task) -> Result<Vec<f64>, CentralError> {
     let middle = |i: usize| Slice::leaning(brdf, angle(i as f64 / (CENTRES - 1) as f64));
     let middles = (0..CENTRES).map(middle).collect::<Result<Vec<_>, _>>()?;

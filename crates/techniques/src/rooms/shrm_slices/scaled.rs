@@ -83,8 +83,9 @@ impl<'a> Scaled<'a> {
         self.rest.tail(self.s, i) / self.total[i]
     }
 
-    /// Mean squared relative error of linear interpolation between the elevations around i, of albedo and of κ each on
-    /// its own: t(1 − t)/2 times a κ″ + a″ κ in differences, whose mean square over an interval is 1/120 of it.
+    /// Mean squared relative error of linear interpolation between the elevations around i, of albedo and of
+    /// κ each on its own: t(1 − t)/2 times a κ″ + a″ κ in differences, whose mean square over an interval is
+    /// 1/120 of it.
     pub fn between(&self, i: usize) -> f64 {
         let last = self.len() - 1;
         if last < 2 {

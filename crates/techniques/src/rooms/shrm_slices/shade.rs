@@ -1,4 +1,5 @@
-//! One lookup a resolution about the point's own centre, and the lights apart; `shade.wgsl` has the same functions.
+//! One lookup a resolution about the point's own centre, and the lights apart; `shade.wgsl` has the same
+//! functions.
 
 use super::ShrmSlices;
 use super::bake::{HEAD, Level, MAX_ORDERS, SliceMaps, extent};
@@ -48,7 +49,8 @@ fn lean(p: &Point, (side, sine): ([f32; 3], f32), gamma: f32) -> [[f32; 3]; 2] {
     [c, std::array::from_fn(|k| side[k] * cos + p.n[k] * sin)]
 }
 
-/// The weights of a level's maps: those of its components, linear between elevations, times those of the azimuth.
+/// The weights of a level's maps: those of its components, linear between elevations, times those of the
+/// azimuth.
 #[inline(always)]
 fn weights(
     level: &Level,
@@ -119,8 +121,8 @@ pub(super) fn shade(b: &Bake<ShrmSlices>, shown: &TurnedSuns, q: &Points<'_>, ou
 /// Numbers of a level in the buffer `levels`.
 const STRIDE: usize = 8;
 
-/// For each level rows, columns, components, where its texels begin in two parts, the first column of its weights and
-/// its maps.
+/// For each level rows, columns, components, where its texels begin in two parts, the first column of its
+/// weights and its maps.
 fn levels(s: &SliceMaps) -> Buffer {
     let (mut at, mut from) = (0usize, HEAD);
     let level = |l: &Level| {

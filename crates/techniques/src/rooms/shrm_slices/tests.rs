@@ -23,7 +23,8 @@ fn symmetric_lobes_need_one_map_a_slice() {
     }
 }
 
-/// Against the reference, elevation by elevation up to 85°: within 3 %, better than the split sum and than `shrm`.
+/// Against the reference, elevation by elevation up to 85°: within 3 %, better than the split sum and than
+/// `shrm`.
 #[test]
 fn every_elevation_is_within_3_percent() {
     let spec = "ggx:alpha=0.36,f0=0.9/0.6/0.3";
@@ -37,7 +38,8 @@ fn every_elevation_is_within_3_percent() {
     }
 }
 
-/// Under a sun the kernel itself must hold: more orders, the same tolerance. Few frames see the sun, hence many.
+/// Under a sun the kernel itself must hold: more orders, the same tolerance. Few frames see the sun, hence
+/// many.
 #[test]
 fn a_small_sun_is_held_up_to_80_degrees() {
     let spec = "ggx:alpha=0.36,f0=0.9/0.6/0.3";
@@ -81,8 +83,8 @@ fn memory_bounds_the_maps_and_the_certificate_says_so() {
     assert!(matches!(bake::link(&l, &m, &p, &small), Err(BakeError::Memory { .. })));
 }
 
-/// Where a lobe is cut by the horizon, under the hardest edge there is: the sun is shaded exactly, and turns with the
-/// light.
+/// Where a lobe is cut by the horizon, under the hardest edge there is: the sun is shaded exactly, and turns
+/// with the light.
 #[test]
 fn suns_are_exact_and_turn() {
     let spec = "microfacet:sigma=0.2";
@@ -95,8 +97,8 @@ fn suns_are_exact_and_turn() {
     suns_turn_and_are_saved(&mut *b);
 }
 
-/// Where the horizon crosses a sun of a few texels, which lobes that do not end there see in part: points at which it
-/// does, seen from the other side.
+/// Where the horizon crosses a sun of a few texels, which lobes that do not end there see in part: points at
+/// which it does, seen from the other side.
 #[test]
 fn suns_keep_their_outline_at_the_horizon() {
     let spec = "blinn-phong-gl:n=20";

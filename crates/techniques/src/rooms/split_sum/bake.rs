@@ -31,8 +31,9 @@ params! {
     }
 }
 
-/// Highest band of lights with edges, of which more than [`EDGES`] of the energy is beyond [`ORDER`]: enough for the second
-/// level of ten (α = 1/81, k_l about e^(−αl)) to be filtered by bands. Direct sums would take minutes for its 400 000 texels.
+/// Highest band of lights with edges, of which more than [`EDGES`] of the energy is beyond [`ORDER`]: enough
+/// for the second level of ten (α = 1/81, k_l about e^(−αl)) to be filtered by bands. Direct sums would take
+/// minutes for its 400 000 texels.
 const BANDS: usize = 767;
 const EDGES: f64 = 1e-3;
 /// Tolerance of the chain where the user gives none.
@@ -147,7 +148,8 @@ pub struct Specular {
     pub stretched: Option<Stretched>,
 }
 
-/// Width of an isotropic lobe, f0, albedo of the diffuse base and factor of a material; 1 for the width of others.
+/// Width of an isotropic lobe, f0, albedo of the diffuse base and factor of a material; 1 for the width of
+/// others.
 fn numbers(form: &Form) -> (f64, [f64; 3], [f64; 3], [f64; 3]) {
     match *form {
         Form::Ggx { alpha: [ax, ay], f0, scale } => (if ax == ay { ax } else { 1.0 }, f0, [0.0; 3], scale),

@@ -1,4 +1,5 @@
-//! The split sum: GGX, alone or over a diffuse base, by a chain of prefiltered maps and a table of its albedo.
+//! The split sum: GGX, alone or over a diffuse base, by a chain of prefiltered maps and a table of its
+//! albedo.
 //!
 //! Karis (2013), *Real Shading in Unreal Engine 4*; Lagarde & de Rousiers (2014), *Moving Frostbite to PBR*;
 //! multiple scattering: Fdez-Agüera (2019), *A Multiple-Scattering Microfacet Model for Real-Time Image-based
@@ -6,15 +7,16 @@
 //!
 //! > L_o ≈ (f0 A(n·wo, α) + B(n·wo, α)) · ∫ L K_α(r·wi) dwi,   K_α = D(n·h)/4 ⟨n·wi⟩ / ∫,  n = wo = r
 //!
-//! The integral of the product is taken as the product of two integrals: ∫ f cos (A and B, exact) times the mean of
-//! L over a lobe that is round about r, whatever the view. So f is approximated by its shape at normal incidence,
-//! without the stretch and the horizon of grazing views; L beyond the tolerance and V = 1. Levels of the chain are
-//! equally spaced in perceptual roughness √α, level 0 is the environment itself, and between levels the maps are
-//! mixed linearly. With `multiscatter`, the energy that single scattering loses comes back as a diffuse term over
-//! the irradiance of order 2. The base of `dielectric` gets what the layer lets through, albedo (1 − E(n·wo)) E_n/π, with
-//! the irradiance E_n of order 2 in place of light weighted by 1 − E(n·wi). Points may have a width, normals, an albedo
-//! and an f0 of their own. Anisotropic GGX and Ward's model are looked up along their long axis (`stretched.rs`), and take the
-//! mesh's tangents. Radiance in W sr⁻¹ m⁻². Refused: α > 1, other reflectances, point lights.
+//! The integral of the product is taken as the product of two integrals: ∫ f cos (A and B, exact) times the
+//! mean of L over a lobe that is round about r, whatever the view. So f is approximated by its shape at
+//! normal incidence, without the stretch and the horizon of grazing views; L beyond the tolerance and V = 1.
+//! Levels of the chain are equally spaced in perceptual roughness √α, level 0 is the environment itself, and
+//! between levels the maps are mixed linearly. With `multiscatter`, the energy that single scattering loses
+//! comes back as a diffuse term over the irradiance of order 2. The base of `dielectric` gets what the layer
+//! lets through, albedo (1 − E(n·wo)) E_n/π, with the irradiance E_n of order 2 in place of light weighted by
+//! 1 − E(n·wi). Points may have a width, normals, an albedo and an f0 of their own. Anisotropic GGX and
+//! Ward's model are looked up along their long axis (`stretched.rs`), and take the mesh's tangents. Radiance
+//! in W sr⁻¹ m⁻². Refused: α > 1, other reflectances, point lights.
 
 mod bake;
 mod shade;

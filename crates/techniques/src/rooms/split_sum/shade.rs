@@ -1,5 +1,5 @@
-//! One trilinear lookup along r, one in the albedo table; `shade.wgsl` has the same functions, `shade_lobe.wgsl`
-//! those of points with lobes of their own.
+//! One trilinear lookup along r, one in the albedo table; `shade.wgsl` has the same functions,
+//! `shade_lobe.wgsl` those of points with lobes of their own.
 
 use super::bake::Specular;
 use super::stretched::{Frame, Stretched};
@@ -15,8 +15,8 @@ use crate::shared::tables::texel_bytes;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use steradian_prefilter::edge_cube::spacing;
 
-/// Fdez-Agüera 2019: F_ms E_ms = E_ss F_avg/(1 − F_avg E_ms) · E_ms with E_ms = 1 − (A + B), E_ss = f0 A + B and
-/// F_avg = f0 + (1 − f0)/21.
+/// Fdez-Agüera 2019: F_ms E_ms = E_ss F_avg/(1 − F_avg E_ms) · E_ms with E_ms = 1 − (A + B), E_ss = f0 A + B
+/// and F_avg = f0 + (1 − f0)/21.
 #[inline(always)]
 pub(super) fn multiscatter(strength: f32, f0: [f32; 3], [a, b]: [f32; 2]) -> [f32; 3] {
     let e_ms = 1.0 - (a + b);
@@ -26,7 +26,8 @@ pub(super) fn multiscatter(strength: f32, f0: [f32; 3], [a, b]: [f32; 2]) -> [f3
     })
 }
 
-/// What of the irradiance over π comes back: multiple scattering, and the base below what the layer lets through.
+/// What of the irradiance over π comes back: multiple scattering, and the base below what the layer lets
+/// through.
 #[inline(always)]
 fn diffuse(strength: f32, f0: [f32; 3], base: [f32; 3], ab: [f32; 2]) -> [f32; 3] {
     let ms = multiscatter(strength, f0, ab);
@@ -62,8 +63,8 @@ pub(super) fn shade(
     });
 }
 
-/// The material's alpha, and the width of the sharpest map (half the spacing of its texels: the deviation of a
-/// bilinear lookup of texel means).
+/// The material's alpha, and the width of the sharpest map (half the spacing of its texels: the deviation of
+/// a bilinear lookup of texel means).
 fn widths(chain: &Chain, s: &Specular) -> (f32, f32) {
     let own = s.level / chain.last();
     (own * own, 0.5 * spacing(chain.levels()[0].size()) as f32)
@@ -75,7 +76,8 @@ fn colour(own: [f32; 3], material: [f32; 3]) -> [f32; 3] {
     if own[0] < 0.0 { material } else { own }
 }
 
-/// [`shade`] where every point has its own lobe: the albedo is that of the point's alpha, whatever widens the lookup.
+/// [`shade`] where every point has its own lobe: the albedo is that of the point's alpha, whatever widens the
+/// lookup.
 pub(super) fn shade_lobe(
     chain: &Chain,
     s: &Specular,

@@ -1,15 +1,16 @@
-//! Anisotropic lobes: lookups along the long axis of the distribution of half vectors, each as wide as the distribution
-//! is across it.
+//! Anisotropic lobes: lookups along the long axis of the distribution of half vectors, each as wide as the
+//! distribution is across it.
 //!
-//! Half vectors of slope (x, y) have the density P(x, y). With the marginal of x along the long axis cut into strata of
-//! equal probability, lookup k reflects wo about the slope x_k and is as wide as P(y | x_k):
+//! Half vectors of slope (x, y) have the density P(x, y). With the marginal of x along the long axis cut into
+//! strata of equal probability, lookup k reflects wo about the slope x_k and is as wide as P(y | x_k):
 //!
 //! > GGX: x_k = a u/√(1 − u²), width m/√(1 − u²);  Ward: x_k = a erf⁻¹(u), width m;  u = (2k + 1)/N − 1
 //!
-//! (Walter et al. 2007, eq. 33, as a density of slopes; Heitz 2014). It is filtered importance sampling (Colbert & Křivánek
-//! 2007, GPU-Based Importance Sampling) along one axis alone, of a chain whose levels are filtered with the lobe itself.
-//! Weights are what the model has beside P and its Fresnel term, normalised: A and B of the whole, tabulated over n·wo
-//! and azimuth, take the place of their sum, as in the isotropic split sum. `stretched.wgsl` has the same functions.
+//! (Walter et al. 2007, eq. 33, as a density of slopes; Heitz 2014). It is filtered importance sampling
+//! (Colbert & Křivánek 2007, GPU-Based Importance Sampling) along one axis alone, of a chain whose levels are
+//! filtered with the lobe itself. Weights are what the model has beside P and its Fresnel term, normalised: A
+//! and B of the whole, tabulated over n·wo and azimuth, take the place of their sum, as in the isotropic
+//! split sum. `stretched.wgsl` has the same functions.
 
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::light::light_rotation::LightRotation;
@@ -52,8 +53,8 @@ impl Model {
         }
     }
 
-    /// f_cos dwi over P dx dy, without the Fresnel term: with u = wo·h, the cosines of h, wi and wo, and √(ax² x² + ay² y²
-    /// + z²) of wi and wo.
+    /// f_cos dwi over P dx dy, without the Fresnel term: with u = wo·h, the cosines of h, wi and wo, and
+    /// √(ax² x² + ay² y² + z²) of wi and wo.
     #[inline(always)]
     fn weight(self, u: f32, z: f32, [i, o]: [f32; 2], [si, so]: [f32; 2]) -> f32 {
         match self {

@@ -33,8 +33,8 @@ fn multiple_scattering_closes_the_white_furnace() {
     }
 }
 
-/// Levels at perceptual roughness k/(levels − 1) hold the kernel itself: a directional light of irradiance 1 shows
-/// it. At the peak K = D(1)/4/∫.
+/// Levels at perceptual roughness k/(levels − 1) hold the kernel itself: a directional light of irradiance 1
+/// shows it. At the peak K = D(1)/4/∫.
 #[test]
 fn a_level_of_the_chain_holds_the_kernel() {
     use steradian_prefilter::{GgxMirror, Zonal};

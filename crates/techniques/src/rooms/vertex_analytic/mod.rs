@@ -1,14 +1,16 @@
-//! Any reflectance model evaluated at the corners of triangles and interpolated (Gouraud 1971), or at every point.
+//! Any reflectance model evaluated at the corners of triangles and interpolated (Gouraud 1971), or at every
+//! point.
 //!
-//! STAR04 6.1 and 6.2.1, eqs 10 and 11: vertex shaders evaluate a reflectance at vertices alone, whatever the model (Minnaert's
-//! by NVIDIA, Blinn's Phong by OpenGL),
+//! STAR04 6.1 and 6.2.1, eqs 10 and 11: vertex shaders evaluate a reflectance at vertices alone, whatever the
+//! model (Minnaert's by NVIDIA, Blinn's Phong by OpenGL),
 //!
 //! > L_o(v) = Σ_l f(wi_l, wo)(n·wi_l)₊ E_l at a corner v,  L_o(x) = Σ_v b_v(x) L_o(v) inside
 //!
-//! with the barycentric weights b. Approximated: L_o between corners; a highlight that lies inside a triangle is missed.
-//! Exact at the corners, and everywhere with `rate=pixel`, which is the exact shading of [`crate::direct`] to the bit. The
-//! error falls with the square of the length of edges. Shadows are looked up at each point, not at the corners. Units:
-//! radiance in W sr⁻¹ m⁻². Refused: nothing but a mesh without normals.
+//! with the barycentric weights b. Approximated: L_o between corners; a highlight that lies inside a triangle
+//! is missed. Exact at the corners, and everywhere with `rate=pixel`, which is the exact shading of
+//! [`crate::direct`] to the bit. The error falls with the square of the length of edges. Shadows are looked
+//! up at each point, not at the corners. Units: radiance in W sr⁻¹ m⁻². Refused: nothing but a mesh without
+//! normals.
 
 mod bake;
 mod shade;

@@ -106,7 +106,8 @@ fn shaded(direct: &Direct, brdf: &SharedBrdf, q: &PointsBuf) -> [Vec<f32>; 3] {
 }
 
 impl Corners {
-    /// Relative RMS difference to `exact` at the middles of triangles that face the viewer, all of the same weight.
+    /// Relative RMS difference to `exact` at the middles of triangles that face the viewer, all of the same
+    /// weight.
     fn error(&self, mesh: &Mesh, eye: Vec3, exact: impl Fn(&PointsBuf) -> [Vec<f32>; 3]) -> f64 {
         const MOST: usize = 4096;
         let step = mesh.triangles.len().div_ceil(MOST).max(1);

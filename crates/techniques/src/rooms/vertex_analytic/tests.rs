@@ -103,7 +103,8 @@ fn the_error_falls_with_the_square_of_edges() {
     }
 }
 
-/// A highlight that lies inside a triangle is missed: less than a hundredth of it is seen, and the certificate says so.
+/// A highlight that lies inside a triangle is missed: less than a hundredth of it is seen, and the
+/// certificate says so.
 #[test]
 fn a_highlight_inside_a_triangle_is_missed() {
     let side = 4.0;

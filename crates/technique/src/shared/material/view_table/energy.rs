@@ -31,8 +31,8 @@ impl Energies {
         Self::of_table(brdf, table, 0, task)
     }
 
-    /// Mean energies of several reflectances and their tables, at least one: of errors the root of the mean square, of the
-    /// quadrature's the largest. Of many it takes every second, third and so on.
+    /// Mean energies of several reflectances and their tables, at least one: of errors the root of the mean
+    /// square, of the quadrature's the largest. Of many it takes every second, third and so on.
     pub fn of_all(brdfs: &[SharedBrdf], table: &ViewTable, task: &Task) -> Result<Self, Cancelled> {
         let step = brdfs.len().div_ceil(MOST_LOOKED_AT);
         let each = brdfs.iter().enumerate().step_by(step);
@@ -86,9 +86,10 @@ impl Energies {
         self.quadrature
     }
 
-    /// Relative RMS errors over all views, and by elevation. Of light without its suns, and of all light, `light` holds the
-    /// mean square of a coefficient by channel and band, `beyond` that above; band l is shaded times `kept[l]`. Over all
-    /// frames coefficients are independent: the mean of (Σ L_i c_i)² is Σ_l |c_l|² · mean square.
+    /// Relative RMS errors over all views, and by elevation. Of light without its suns, and of all light,
+    /// `light` holds the mean square of a coefficient by channel and band, `beyond` that above; band l is
+    /// shaded times `kept[l]`. Over all frames coefficients are independent: the mean of (Σ L_i c_i)² is Σ_l
+    /// |c_l|² · mean square.
     pub fn error(
         &self,
         [rest, all_light]: [&[Vec<f64>; 3]; 2],

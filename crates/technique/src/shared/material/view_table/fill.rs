@@ -60,8 +60,8 @@ fn mirrors(brdf: &dyn Brdf) -> [bool; 2] {
     })
 }
 
-/// Fills in the texels whose mirror images were computed: x → −x makes cos mφ (−1)^m of itself and sin mφ −(−1)^m,
-/// y → −y changes the sign of the sines.
+/// Fills in the texels whose mirror images were computed: x → −x makes cos mφ (−1)^m of itself and sin mφ
+/// −(−1)^m, y → −y changes the sign of the sines.
 fn unfold(data: &mut [f32], t: &ViewTable, [x, y]: [bool; 2]) {
     let (n, len) = (t.size, 3 * t.stride);
     let mut sign = vec![[1.0f32; 2]; t.bands * t.bands];
@@ -90,9 +90,10 @@ fn unfold(data: &mut [f32], t: &ViewTable, [x, y]: [bool; 2]) {
     }
 }
 
-/// The power p < 0 of n·wo with which f cos grows towards grazing views, or 0. It is the slope of the logarithm of its integral over
-/// wi from a quarter of [`GRAZING`] to that, if at least half of it is still there up to four times [`GRAZING`]: Ward's model of 1992
-/// has p = −1/2 only where n·wo is far below its widths, and a table without the power is off by 60 % beyond 89.2°.
+/// The power p < 0 of n·wo with which f cos grows towards grazing views, or 0. It is the slope of the
+/// logarithm of its integral over wi from a quarter of [`GRAZING`] to that, if at least half of it is still
+/// there up to four times [`GRAZING`]: Ward's model of 1992 has p = −1/2 only where n·wo is far below its
+/// widths, and a table without the power is off by 60 % beyond 89.2°.
 pub(super) fn pole(brdf: &dyn Brdf) -> f64 {
     let rule = Rule::new(0);
     let all = |z: f64| {

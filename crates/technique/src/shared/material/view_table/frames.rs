@@ -6,8 +6,8 @@ use crate::{BakeError, Geometry, Part, Sites};
 use glam::Vec3;
 use steradian_simd::{Arch, Kernel};
 
-/// Normals, tangents and positions of sites. Tangents are unit vectors perpendicular to the normals; where a mesh has none, those
-/// of the frame of a surface without tangents.
+/// Normals, tangents and positions of sites. Tangents are unit vectors perpendicular to the normals; where a
+/// mesh has none, those of the frame of a surface without tangents.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SiteFrames {
     pub(super) n: [Vec<f32>; 3],

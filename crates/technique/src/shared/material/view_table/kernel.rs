@@ -1,8 +1,8 @@
-//! Shading of batches: sixteen points at a time look their coefficients up, turn them to the world, and multiply them with
-//! the light's. `wgsl.rs` writes the same functions.
+//! Shading of batches: sixteen points at a time look their coefficients up, turn them to the world, and
+//! multiply them with the light's. `wgsl.rs` writes the same functions.
 //!
-//! KSS02 turns the light into each point's frame. Turning the reflectance out of it gives the same sum, and for one channel
-//! of reflectance under three of light it is a third of the work.
+//! KSS02 turns the light into each point's frame. Turning the reflectance out of it gives the same sum, and
+//! for one channel of reflectance under three of light it is a third of the work.
 
 use super::{Places, ViewTable, lattice};
 use crate::{Points, Radiance};
@@ -40,13 +40,14 @@ impl LightLanes {
     }
 }
 
-/// Radiance of all points under a light; points that face away get 0. Where a batch has no tangents, or none at a point,
-/// the frame is that of a surface without tangents.
+/// Radiance of all points under a light; points that face away get 0. Where a batch has no tangents, or none
+/// at a point, the frame is that of a surface without tangents.
 pub fn shade(table: &ViewTable, light: &LightLanes, q: &Points<'_>, out: &mut Radiance<'_>) {
     steradian_simd::run(Batch { table, places: None, light, q, out });
 }
 
-/// [`shade`] where each point has a reflectance of its own; points without texture coordinates have that at (0, 0).
+/// [`shade`] where each point has a reflectance of its own; points without texture coordinates have that at
+/// (0, 0).
 pub fn shade_places(
     table: &ViewTable,
     places: &Places,
@@ -114,8 +115,8 @@ pub(super) struct Block {
 /// x, y and z of vectors.
 pub(super) type Vectors = [[f32; SIDE]; 3];
 
-/// x, y and z of as many vectors as a register has lanes. (Loops over arrays are not made vectors of by themselves where
-/// they branch; measured: 55 of 66 ns a point went into frames.)
+/// x, y and z of as many vectors as a register has lanes. (Loops over arrays are not made vectors of by
+/// themselves where they branch; measured: 55 of 66 ns a point went into frames.)
 #[derive(Clone, Copy)]
 pub(super) struct Xyz<V>(pub(super) [V; 3]);
 
@@ -149,8 +150,8 @@ impl<V: Single> Xyz<V> {
         Self([z.fnma(v, y.mul(w)), x.fnma(w, z.mul(u)), y.fnma(u, x.mul(v))])
     }
 
-    /// Unit tangents along `along` perpendicular to the normals `self`; where that is none, n × a turned likewise, with a =
-    /// +Y if |n·y| < 0.99, else +X.
+    /// Unit tangents along `along` perpendicular to the normals `self`; where that is none, n × a turned
+    /// likewise, with a = +Y if |n·y| < 0.99, else +X.
     #[inline(always)]
     fn tangents(self, along: Self) -> Self {
         let zero = V::splat(0.0);
@@ -217,8 +218,9 @@ pub(super) fn frame_angles<A: Arch>(n: &Vectors, along: &Vectors) -> [[f32; SIDE
     out
 }
 
-/// The vectors of sixteen points from the first; the last point fills up. Zeros where there are none. (By registers: what is copied
-/// by smaller ones can't be read by a whole one before it has reached the cache, and sixteen points took twice as long.)
+/// The vectors of sixteen points from the first; the last point fills up. Zeros where there are none. (By
+/// registers: what is copied by smaller ones can't be read by a whole one before it has reached the cache,
+/// and sixteen points took twice as long.)
 #[inline(always)]
 pub(super) fn read<A: Arch>(v: [&[f32]; 3], first: usize, len: usize) -> Vectors {
     let mut out = [[0.0; SIDE]; 3];
@@ -250,8 +252,8 @@ impl Look {
     /// Nowhere.
     pub(super) const NONE: Self = Self { texel: [0; SIDE], weights: [[0.0; SIDE]; 4], facing: [false; SIDE] };
 
-    /// Looks from points of these normals in these directions to the viewer, with tangents along `along`; and finds the angles of
-    /// their frames, if they are asked for.
+    /// Looks from points of these normals in these directions to the viewer, with tangents along `along`; and
+    /// finds the angles of their frames, if they are asked for.
     #[inline(always)]
     pub(super) fn set<A: Arch>(
         &mut self,
@@ -300,8 +302,8 @@ impl Look {
         self.weigh(table, &up);
     }
 
-    /// The texels and weights of local views, and the cosines of these. Whether a view is in front is decided by products that are
-    /// rounded each, as everywhere else.
+    /// The texels and weights of local views, and the cosines of these. Whether a view is in front is decided
+    /// by products that are rounded each, as everywhere else.
     #[inline(always)]
     fn texels<V: Single>(
         &mut self,
@@ -465,8 +467,9 @@ impl<'a, V: Single, const P: usize> Corners<'a, V, P> {
     }
 }
 
-/// P numbers of point `i`, from number `first` of a texel, in the mean over its tables. (Closures and `map` over arrays of registers
-/// are compiled as functions of the narrowest instruction set, which call one for each instruction.)
+/// P numbers of point `i`, from number `first` of a texel, in the mean over its tables. (Closures and `map`
+/// over arrays of registers are compiled as functions of the narrowest instruction set, which call one for
+/// each instruction.)
 #[inline(always)]
 fn gather<A: Arch, const P: usize>(table: &ViewTable, b: &Block, i: usize, first: usize, to: &mut [f32]) {
     let shape = [table.size, table.channels * table.stride];

@@ -34,7 +34,8 @@ impl Default for LocalLight {
 }
 
 impl LocalLight {
-    /// One light in the frames of all sites; its coefficients are times the table's tint. The bands of `light`, six at most.
+    /// One light in the frames of all sites; its coefficients are times the table's tint. The bands of
+    /// `light`, six at most.
     pub fn turned(frames: &SiteFrames, light: &LightLanes) -> Self {
         let count = light.coefficients().len();
         let mut data = vec![0.0; 3 * count * frames.len() + MOST];
@@ -144,9 +145,10 @@ impl IntoFrames<'_> {
     }
 }
 
-/// Radiance of points by the light of the sites around them, weighed: at a vertex one lookup and three scalar products, nothing
-/// is turned. Each site is seen as the point is: the view turns with the normal, by the least rotation of one to the other,
-/// so that the mirror direction does too. Points without sites, or that face away, get 0.
+/// Radiance of points by the light of the sites around them, weighed: at a vertex one lookup and three scalar
+/// products, nothing is turned. Each site is seen as the point is: the view turns with the normal, by the
+/// least rotation of one to the other, so that the mirror direction does too. Points without sites, or that
+/// face away, get 0.
 pub fn shade_local(
     table: &ViewTable,
     frames: &SiteFrames,
@@ -189,14 +191,16 @@ struct Local<'a, 'b, 'c, N> {
     out: &'a mut Radiance<'c>,
 }
 
-/// The kind of number of table and light: C coefficients of light for each channel, in rows of P numbers in the table, of so many
-/// channels there.
+/// The kind of number of table and light: C coefficients of light for each channel, in rows of P numbers in
+/// the table, of so many channels there.
 trait Numbers: Copy {
-    /// Calls [`Local::add`] with the numbers of coefficients that there are, which whole registers of this kind make rows of.
+    /// Calls [`Local::add`] with the numbers of coefficients that there are, which whole registers of this
+    /// kind make rows of.
     fn add<A: Arch>(all: &mut Local<'_, '_, '_, Self>, b: &Corner, next: &Corner, parts: &mut Parts<A::F32>);
     /// Finds what [`Numbers::sums`] weighs texels with, once for sixteen points.
     fn weigh<A: Arch>(to: &mut Corner);
-    /// The sums of point `i` over coefficients, still in lanes, of a table of `size` texels a row; `light` begins with its site's.
+    /// The sums of point `i` over coefficients, still in lanes, of a table of `size` texels a row; `light`
+    /// begins with its site's.
     fn sums<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
         texels: &[Self],
         size: usize,
@@ -307,9 +311,10 @@ struct Corner {
 impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
     type Output = ();
 
-    /// Where the next points look is found, and the memory there asked for, before the ones at hand are shaded: texels and light lie
-    /// anywhere, and a core waits for few of them at a time by itself. (What depends on the number of coefficients is chosen
-    /// for sixteen points at a time: the whole loop for each was a third of the code of all techniques.)
+    /// Where the next points look is found, and the memory there asked for, before the ones at hand are
+    /// shaded: texels and light lie anywhere, and a core waits for few of them at a time by itself. (What
+    /// depends on the number of coefficients is chosen for sixteen points at a time: the whole loop for each
+    /// was a third of the code of all techniques.)
     #[inline(always)]
     fn run<A: Arch>(mut self) {
         let none = || Corner {
@@ -333,15 +338,16 @@ impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
     }
 }
 
-/// Points ahead whose vectors are asked for: they come from more places at once than a core follows by itself.
+/// Points ahead whose vectors are asked for: they come from more places at once than a core follows by
+/// itself.
 const AHEAD: usize = 6 * SIDE;
 
 /// Sums of sixteen points by channel, each still in lanes.
 type Parts<V> = [[V; SIDE]; 3];
 
 impl<N: Numbers> Local<'_, '_, '_, N> {
-    /// The next corner, from corner `next` of points on, that adds anything. (Loops over whole blocks without branches or
-    /// closures, which compilers make vectors of: with them a third of the time went here.)
+    /// The next corner, from corner `next` of points on, that adds anything. (Loops over whole blocks without
+    /// branches or closures, which compilers make vectors of: with them a third of the time went here.)
     #[inline(always)]
     fn find<A: Arch>(&mut self, next: &mut (usize, usize), to: &mut Corner) -> bool {
         let (q, len) = (self.q, self.q.len());
@@ -455,8 +461,8 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         prefetch(light, 3 * C - 1);
     }
 
-    /// Adds the radiance of one corner of each of sixteen points. Point by point it asks for the memory of the next: for all at once
-    /// the core would have to wait.
+    /// Adds the radiance of one corner of each of sixteen points. Point by point it asks for the memory of
+    /// the next: for all at once the core would have to wait.
     #[inline(always)]
     fn add<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
         &mut self,
@@ -529,7 +535,8 @@ fn numbers<A: Arch>(v: &[f32], first: usize) -> [f32; SIDE] {
     out
 }
 
-/// `v` turned by the least rotation that takes unit `a` to unit `b`: v − (a + b)·v/(1 + a·b) (a + b) + 2(a·v) b.
+/// `v` turned by the least rotation that takes unit `a` to unit `b`: v − (a + b)·v/(1 + a·b) (a + b) + 2(a·v)
+/// b.
 #[inline(always)]
 fn carried<A: Arch>(a: &Vectors, b: &Vectors, v: &Vectors) -> Vectors {
     let mut out: Vectors = [[0.0; SIDE]; 3];

@@ -1,13 +1,15 @@
-//! f_cos as a table of spherical harmonic coefficients over the view: Kautz, Sloan & Snyder (2002), *Fast, Arbitrary BRDF
-//! Shading for Low-Frequency Lighting Using Spherical Harmonics*, section 3; STAR04 eqs 47–49.
+//! f_cos as a table of spherical harmonic coefficients over the view: Kautz, Sloan & Snyder (2002), *Fast,
+//! Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics*, section 3; STAR04 eqs 47–49.
 //!
 //! > c_i(wo) = ∫ y_i(wi) f(wi, wo) ⟨n·wi⟩ dwi
 //!
-//! in the local frame (t, b, n), wo on the paraboloid (s, t) = (x, y)/(1 + z), bilinear. Texels reach one beyond the rim
-//! ρ = 1 on all sides, where they continue the table linearly, so that grazing views are not blended with anything else.
+//! in the local frame (t, b, n), wo on the paraboloid (s, t) = (x, y)/(1 + z), bilinear. Texels reach one
+//! beyond the rim ρ = 1 on all sides, where they continue the table linearly, so that grazing views are not
+//! blended with anything else.
 //!
-//! Where f grows without end towards grazing views, as (n·wo)^p with p < 0 (Minnaert 1941 with k < 1 has p = k − 1), texels
-//! hold c_i/(n·wo)^p and lookups multiply: linear interpolation of the power itself is off by a quarter between 88° and 90°.
+//! Where f grows without end towards grazing views, as (n·wo)^p with p < 0 (Minnaert 1941 with k < 1 has p =
+//! k − 1), texels hold c_i/(n·wo)^p and lookups multiply: linear interpolation of the power itself is off by
+//! a quarter between 88° and 90°.
 
 mod energy;
 mod fill;
@@ -216,7 +218,8 @@ impl ViewTable {
         if self.pole == 0.0 { 1.0 } else { cosine.max(GRAZING as f32).powf(self.pole) }
     }
 
-    /// The texels of the first table's channel `c`, coefficient `k`, row by row, without the power of n·wo: a plane of the paper's figure 2.
+    /// The texels of the first table's channel `c`, coefficient `k`, row by row, without the power of n·wo: a
+    /// plane of the paper's figure 2.
     pub fn plane(&self, c: usize, k: usize) -> Vec<f32> {
         let tint = self.tint[c];
         let of = |t: &[f32]| tint * t[(c % self.channels) * self.stride + k];

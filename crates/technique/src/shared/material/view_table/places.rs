@@ -1,9 +1,10 @@
-//! Reflectance whose lobe's widths vary over a surface: Kautz, Sloan & Snyder (2002), section 3, "a higher-dimensional c_i(v, q) table
-//! indexed by whichever parameters q are to be spatially varied".
+//! Reflectance whose lobe's widths vary over a surface: Kautz, Sloan & Snyder (2002), section 3, "a
+//! higher-dimensional c_i(v, q) table indexed by whichever parameters q are to be spatially varied".
 //!
-//! Where the widths (or exponents) of all texels lie, in their logarithms, is a point, a line or a box. Nodes lie on it at equal
-//! distances, each with a table of its own, and c_i(wo, q) is linear between the two, or bilinear between the four, nodes around q.
-//! A texture holds where texels lie among the nodes; under a footprint it is averaged, that is the logarithms of the widths are.
+//! Where the widths (or exponents) of all texels lie, in their logarithms, is a point, a line or a box. Nodes
+//! lie on it at equal distances, each with a table of its own, and c_i(wo, q) is linear between the two, or
+//! bilinear between the four, nodes around q. A texture holds where texels lie among the nodes; under a
+//! footprint it is averaged, that is the logarithms of the widths are.
 
 use super::fill::ring;
 use super::{Projection, Rule};
@@ -54,8 +55,9 @@ pub struct Place {
 }
 
 impl Places {
-    /// Of the widths of a plane, red along the tangent and green along the bitangent, for `brdf`; `nodes` along an axis, or as many
-    /// as bring the error between them to 1 %, 17 at most on a line and 9 along each side of a box.
+    /// Of the widths of a plane, red along the tangent and green along the bitangent, for `brdf`; `nodes`
+    /// along an axis, or as many as bring the error between them to 1 %, 17 at most on a line and 9 along
+    /// each side of a box.
     pub fn new(
         slug: &'static str,
         brdf: &dyn Brdf,
@@ -257,7 +259,8 @@ impl Places {
         }
     }
 
-    /// How many nodes around a point count, from the first on: 1, 2 or 4. (Where one axis alone has nodes, it is the first.)
+    /// How many nodes around a point count, from the first on: 1, 2 or 4. (Where one axis alone has nodes, it
+    /// is the first.)
     #[inline]
     pub fn around_each(&self) -> usize {
         self.nodes.iter().map(|n| (*n).min(2)).product()

@@ -1,9 +1,9 @@
 //! c_i(wo) = ∫ y_i(wi) f_cos(wi, wo) dwi by a product rule in polar coordinates, graded around the lobes.
 //!
-//! Kautz, Sloan & Snyder (2002) take 1000 samples a view; a product of Gauss rules takes about as many nodes, and errs by
-//! rounding where reflectance is smooth. Its pole is the normal, or, where the highlight is a ridge about an axis in the
-//! surface, such as a brushed metal's, that axis: in both frames the hemisphere is a rectangle of the two angles, and what is
-//! narrow lies along a coordinate line.
+//! Kautz, Sloan & Snyder (2002) take 1000 samples a view; a product of Gauss rules takes about as many nodes,
+//! and errs by rounding where reflectance is smooth. Its pole is the normal, or, where the highlight is a
+//! ridge about an axis in the surface, such as a brushed metal's, that axis: in both frames the hemisphere is
+//! a rectangle of the two angles, and what is narrow lies along a coordinate line.
 
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -158,7 +158,8 @@ impl Rule {
             (false, false) => {
                 plan.theta = [0.0, FRAC_PI_2];
                 plan.thetas.push((FRAC_PI_2, rim));
-                // Some models change where n·wi is n·wo, such as Ashikhmin and Shirley's, which divides by the larger one.
+                // Some models change where n·wi is n·wo, such as Ashikhmin and Shirley's, which divides by
+                // the larger one.
                 plan.thetas.push((wo.z.min(1.0).acos(), WIDTHS[1]));
             }
         }

@@ -1,5 +1,5 @@
-//! A table and light in whole numbers of 16 bits, whose products with two neighbours each are summed by one instruction without
-//! any conversion.
+//! A table and light in whole numbers of 16 bits, whose products with two neighbours each are summed by one
+//! instruction without any conversion.
 
 use super::kernel::{Look, SIDE};
 use crate::shared::tables::aligned::Aligned;
@@ -13,8 +13,8 @@ pub(super) const fn stride(count: usize) -> usize {
     count.next_multiple_of(32)
 }
 
-/// The largest whole number in a table: what is interpolated between four such is off by eight at most, as weights and products are
-/// rounded, and must not go beyond 2^15.
+/// The largest whole number in a table: what is interpolated between four such is off by eight at most, as
+/// weights and products are rounded, and must not go beyond 2^15.
 const LARGEST_TEXEL: f32 = LARGEST - 8.0;
 
 /// Numbers as whole ones up to `most`, and what these are multiplied with: the largest over `most`.
@@ -75,8 +75,8 @@ pub(super) fn shares<A: Arch>(look: &Look) -> [[i16; SIDE]; 4] {
 /// What sums are multiplied with for [`shares`].
 pub(super) const SHARE: f32 = 32768.0 / LARGEST;
 
-/// The sums of point `i` over coefficients, still in lanes: C of a channel of light, in rows of P numbers in the table, of so many
-/// channels there. `light` holds that of the point's site.
+/// The sums of point `i` over coefficients, still in lanes: C of a channel of light, in rows of P numbers in
+/// the table, of so many channels there. `light` holds that of the point's site.
 #[inline(always)]
 pub(super) fn sums<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
     texels: &[i16],

@@ -1,5 +1,5 @@
-//! Shading by a table where each site has light of its own about world axes: sixteen points at a time, with the reflectance
-//! turned to the world.
+//! Shading by a table where each site has light of its own about world axes: sixteen points at a time, with
+//! the reflectance turned to the world.
 
 use super::ViewTable;
 use super::kernel::{Block, MOST, SIDE, Sink, turned};
@@ -9,8 +9,9 @@ use crate::{Points, Radiance};
 use steradian_simd::{Arch, Kernel, Vector};
 use steradian_sphere::sh::Exchange;
 
-/// Radiance of points, Σ_i c_i(wo) L'_i with L' interpolated between the sites around a point, whose vectors have the table's
-/// coefficients in the order l² + l + m (times the table's tint). Points that face away, or have no sites, get 0.
+/// Radiance of points, Σ_i c_i(wo) L'_i with L' interpolated between the sites around a point, whose vectors
+/// have the table's coefficients in the order l² + l + m (times the table's tint). Points that face away, or
+/// have no sites, get 0.
 pub fn shade_sites(table: &ViewTable, vectors: &impl Vectors, q: &Points<'_>, out: &mut Radiance<'_>) {
     let len = out.len();
     let there = q.site.index.iter().all(|s| s.len() == len) && q.site.weight.iter().all(|s| s.len() == len);

@@ -40,8 +40,8 @@ fn lambert_s_coefficients_are_those_of_the_cosine() {
     }
 }
 
-/// The usual rule against one of twice as many nodes on panels half as long, for smooth, glossy, brushed and mirror-like
-/// reflectance; and against the adaptive integral of the albedo.
+/// The usual rule against one of twice as many nodes on panels half as long, for smooth, glossy, brushed and
+/// mirror-like reflectance; and against the adaptive integral of the albedo.
 #[test]
 fn the_rule_is_exact() {
     for (spec, most) in [
@@ -70,8 +70,8 @@ fn the_rule_is_exact() {
     }
 }
 
-/// The table at its texels is the rule, the sixteenfold kernel its lookup turned to the world; reflectance that mirrors is
-/// computed in one quadrant.
+/// The table at its texels is the rule, the sixteenfold kernel its lookup turned to the world; reflectance
+/// that mirrors is computed in one quadrant.
 #[test]
 fn tables_hold_what_the_rule_gives_and_batches_what_tables_hold() {
     let light = |bands: usize| {
@@ -142,8 +142,9 @@ fn lookup_is_of_second_order() {
     assert!(coarse / fine > 8.0 && fine < 3e-3, "{coarse} {fine}");
 }
 
-/// Minnaert's f grows as (n·wo)^(k − 1) towards grazing views, Ward's of 1992 as (n·wo)^(−1/2) where n·wo is below its widths, which
-/// lookups get right between the last texels; what does not grow that way has no power taken out.
+/// Minnaert's f grows as (n·wo)^(k − 1) towards grazing views, Ward's of 1992 as (n·wo)^(−1/2) where n·wo is
+/// below its widths, which lookups get right between the last texels; what does not grow that way has no
+/// power taken out.
 #[test]
 fn a_power_of_the_view_is_taken_out() {
     let task = Task::default();

@@ -1,5 +1,5 @@
-//! The table and its shading for a GPU: `kernel.rs` in WGSL, written out for the number of bands, since arrays with constant
-//! indices stay in registers.
+//! The table and its shading for a GPU: `kernel.rs` in WGSL, written out for the number of bands, since
+//! arrays with constant indices stay in registers.
 
 use super::kernel::LightLanes;
 use super::{Places, ViewTable, lattice};
@@ -10,7 +10,8 @@ use steradian_sphere::sh::Exchange;
 
 const FRAME: &str = include_str!("frame.wgsl");
 
-/// Uniforms that hold the light's coefficients, sixteen numbers each: 225 coefficients of three channels at most.
+/// Uniforms that hold the light's coefficients, sixteen numbers each: 225 coefficients of three channels at
+/// most.
 const LIGHT_NAMES: [&str; 43] = [
     "light_0", "light_1", "light_2", "light_3", "light_4", "light_5", "light_6", "light_7", "light_8",
     "light_9", "light_10", "light_11", "light_12", "light_13", "light_14", "light_15", "light_16",
@@ -53,8 +54,8 @@ pub fn modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
     vec![FRAME.into(), turns(table.bands).into(), turned(table).into(), radiance(table).into()]
 }
 
-/// `fn views_radiance(n, t, wo, site) -> vec3<f32>`, n·wo > 0, of points with tables of their own, with the table "places"
-/// ([`Places::table`]): [`super::shade_places`].
+/// `fn views_radiance(n, t, wo, site) -> vec3<f32>`, n·wo > 0, of points with tables of their own, with the
+/// table "places" ([`Places::table`]): [`super::shade_places`].
 pub fn place_modules(table: &ViewTable, places: &Places) -> Vec<Cow<'static, str>> {
     vec![
         FRAME.into(),
@@ -92,8 +93,8 @@ fn views_tables(site: Site) -> ViewsTables {{
     )
 }
 
-/// `fn shade_site(n, t, wo, p, site)`: [`super::shade_sites`], by way of `transferred(site, c)`, the sum of coefficients times
-/// those of the light that reaches a site.
+/// `fn shade_site(n, t, wo, p, site)`: [`super::shade_sites`], by way of `transferred(site, c)`, the sum of
+/// coefficients times those of the light that reaches a site.
 pub fn site_modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
     let n = table.bands * table.bands;
     let mut out = format!(
@@ -228,7 +229,8 @@ fn radiance(table: &ViewTable) -> String {
     radiance_with(table, "", "", "")
 }
 
-/// `views_radiance` with another parameter, lines that make an argument of it, and that argument of `views_turned`.
+/// `views_radiance` with another parameter, lines that make an argument of it, and that argument of
+/// `views_turned`.
 fn radiance_with(table: &ViewTable, parameter: &str, lines: &str, argument: &str) -> String {
     let n = table.bands * table.bands;
     let mut out = format!(
@@ -254,8 +256,8 @@ fn radiance_with(table: &ViewTable, parameter: &str, lines: &str, argument: &str
     out + "    return l;\n}\n"
 }
 
-/// `fn views_at_site(site, n, wo) -> vec3<f32>`: [`super::shade_local`], with the buffers "frames" ([`super::SiteFrames::numbers`])
-/// and "light" ([`super::LocalLight::numbers`]).
+/// `fn views_at_site(site, n, wo) -> vec3<f32>`: [`super::shade_local`], with the buffers "frames"
+/// ([`super::SiteFrames::numbers`]) and "light" ([`super::LocalLight::numbers`]).
 pub fn local_modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
     let n = table.bands * table.bands;
     let (size, place) = (table.size, place_numbers(table));
@@ -293,8 +295,8 @@ fn views_local(s: u32, normal: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {{
     vec![FRAME.into(), local.into(), include_str!("local.wgsl").into()]
 }
 
-/// `fn views_fixed(site) -> vec3<f32>`: Σ_i L_i c_i of sites whose reflectance towards the viewer lies in the buffer "reflectance"
-/// ([`super::WorldViews::numbers`]).
+/// `fn views_fixed(site) -> vec3<f32>`: Σ_i L_i c_i of sites whose reflectance towards the viewer lies in the
+/// buffer "reflectance" ([`super::WorldViews::numbers`]).
 pub fn fixed_modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
     let n = table.bands * table.bands;
     let mut out = String::from("fn views_fixed(site: Site) -> vec3<f32> {\n    var l = vec3<f32>(0.0);\n");

@@ -1,4 +1,5 @@
-//! What is kept per site where the view stands still, KSS02 section 4: reflectance looked up at each site and turned to the world.
+//! What is kept per site where the view stands still, KSS02 section 4: reflectance looked up at each site and
+//! turned to the world.
 
 use super::kernel::{Block, LightLanes, SIDE, Sink, Vectors, read, turned};
 use super::{SiteFrames, ViewTable};
@@ -7,7 +8,8 @@ use steradian_parallel::prelude::*;
 use steradian_simd::{Arch, Kernel, Vector};
 use steradian_sphere::sh::Exchange;
 
-/// Reflectance of all sites towards one viewer, turned to the world: sixteen sites a block, by channel and coefficient.
+/// Reflectance of all sites towards one viewer, turned to the world: sixteen sites a block, by channel and
+/// coefficient.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WorldViews {
     sites: usize,

@@ -11,7 +11,8 @@ pub fn frame(view: DVec3) -> DMat3 {
     DMat3::from_cols(f.t, f.b, f.n)
 }
 
-/// L_o towards one viewer as a Fourier series in the azimuth of the normal, for every elevation of the slices.
+/// L_o towards one viewer as a Fourier series in the azimuth of the normal, for every elevation of the
+/// slices.
 pub struct ViewImage {
     order: usize,
     intervals: usize,
@@ -30,7 +31,8 @@ struct Polar {
 }
 
 impl ViewImage {
-    /// The view towards unit `view` under `light` (coefficients over the world, of at least the slices' order).
+    /// The view towards unit `view` under `light` (coefficients over the world, of at least the slices'
+    /// order).
     pub fn new(slices: &Slices, light: &ShRgb, view: DVec3) -> Self {
         let order = slices.order;
         let frame = frame(view);

@@ -1,7 +1,7 @@
 //! The exact outgoing radiance of any isotropic reflectance, seen along one view: STAR04 eq. 32.
 //!
-//! About the direction to the viewer as polar axis, an isotropic f_cos of the normal at (θ_v, β) is that of the
-//! normal at (θ_v, 0) turned by β, and even in the azimuth. With its real coefficients
+//! About the direction to the viewer as polar axis, an isotropic f_cos of the normal at (θ_v, β) is that of
+//! the normal at (θ_v, 0) turned by β, and even in the azimuth. With its real coefficients
 //!
 //! > g_lm(θ_v) = ∫ f_cos(wi, wo; n(θ_v, 0)) Y_lm(wi) dwi, m ≥ 0
 //!
@@ -9,9 +9,10 @@
 //!
 //! > **L_o(n(θ_v, β)) = Σ_m Σ_l g_lm(θ_v) (L_lm cos mβ + L_l,−m sin mβ)**, m = 0 … F
 //!
-//! (Ramamoorthi & Hanrahan 2002, eqs 5.8–5.10 with the view in place of the reflection as centre, where φ_o needs no
-//! expansion.) The coefficients know no light; each view costs one rotation of the light's coefficients and a sum
-//! over l per elevation. [`Slices`] holds g, [`ViewImage`] one view, [`Seen`] a material.
+//! (Ramamoorthi & Hanrahan 2002, eqs 5.8–5.10 with the view in place of the reflection as centre, where φ_o
+//! needs no expansion.) The coefficients know no light; each view costs one rotation of the light's
+//! coefficients and a sum over l per elevation. [`Slices`] holds g, [`ViewImage`] one view, [`Seen`] a
+//! material.
 
 mod image;
 mod quadrature;
@@ -36,7 +37,8 @@ pub const MOST: usize = 96;
 /// Fewest elevations, less one.
 const LEAST_INTERVALS: usize = 32;
 
-/// What may be missing under white light, in tolerances, up to this order: lobes that a horizon cuts end nowhere.
+/// What may be missing under white light, in tolerances, up to this order: lobes that a horizon cuts end
+/// nowhere.
 const WHITE: f64 = 0.5;
 const RINGS: usize = 48;
 
@@ -53,11 +55,11 @@ pub struct Slices {
     g: Vec<[f32; 3]>,
     /// f_cos has this Lambertian part, which is left out of g: f of it, sr⁻¹.
     pub diffuse: [f64; 3],
-    /// Estimate of the squared relative error that the order leaves under natural light, whose coefficients fall
-    /// like 1/(l + 1): Σ over the bands left out of f_cos's energy/(l + 1)², over that of all bands.
+    /// Estimate of the squared relative error that the order leaves under natural light, whose coefficients
+    /// fall like 1/(l + 1): Σ over the bands left out of f_cos's energy/(l + 1)², over that of all bands.
     pub missing: f64,
-    /// Standard deviation of the Gaussian (e^(−l(l+1)σ²/2)) that smooths what the order cuts off, radians; 0 where the
-    /// last band is small enough not to ring.
+    /// Standard deviation of the Gaussian (e^(−l(l+1)σ²/2)) that smooths what the order cuts off, radians; 0
+    /// where the last band is small enough not to ring.
     pub blur: f64,
 }
 
@@ -67,8 +69,8 @@ pub const fn half_count(order: usize) -> usize {
 }
 
 impl Slices {
-    /// To the lowest order whose [`Slices::missing`] is at most tolerance² and that hardly rings, at most `most`;
-    /// `diffuse` (f, sr⁻¹) is the Lambertian part to leave out of g.
+    /// To the lowest order whose [`Slices::missing`] is at most tolerance² and that hardly rings, at most
+    /// `most`; `diffuse` (f, sr⁻¹) is the Lambertian part to leave out of g.
     pub fn bake(
         brdf: &dyn Brdf,
         diffuse: [f64; 3],
@@ -143,8 +145,8 @@ impl Slices {
     }
 }
 
-/// See [`Slices::missing`], for light whose bands have the power `light`; views uniform in solid angle. What is beyond
-/// the order counts as if in the next band.
+/// See [`Slices::missing`], for light whose bands have the power `light`; views uniform in solid angle. What
+/// is beyond the order counts as if in the next band.
 fn missing(slices: &[quadrature::Slice], order: usize, light: impl Fn(usize) -> f64) -> f64 {
     let (mut seen, mut kept, mut all) = (0.0, 0.0, 0.0);
     for (j, s) in slices.iter().enumerate() {
@@ -161,7 +163,8 @@ fn missing(slices: &[quadrature::Slice], order: usize, light: impl Fn(usize) -> 
     if seen + lost > 0.0 { lost / (seen + lost) } else { 0.0 }
 }
 
-/// Coefficients of the last band at most, relative to the first: cut off above it, the lobe would ring and go below zero.
+/// Coefficients of the last band at most, relative to the first: cut off above it, the lobe would ring and go
+/// below zero.
 const LAST: f64 = 0.01;
 
 /// The variance of the Gaussian that makes the last band that small.
@@ -193,8 +196,8 @@ fn narrowest(brdf: &dyn Brdf) -> f64 {
     brdf.lobes(DVec3::Z).iter().map(width).fold(1.0, f64::min).max(1e-6)
 }
 
-/// The largest Lambertian part (f, sr⁻¹) that leaves the rest non-negative where neither direction is more than 75°
-/// off the normal.
+/// The largest Lambertian part (f, sr⁻¹) that leaves the rest non-negative where neither direction is more
+/// than 75° off the normal.
 pub fn lambertian_part(brdf: &dyn Brdf) -> [f64; 3] {
     if brdf.domain() == Domain::Sphere {
         return [0.0; 3];

@@ -1,4 +1,5 @@
-//! g_lm of one elevation by quadrature in rings about the view, cut at the horizon and graded around the lobes.
+//! g_lm of one elevation by quadrature in rings about the view, cut at the horizon and graded around the
+//! lobes.
 
 use super::half_count;
 use glam::DVec3;
