@@ -86,7 +86,7 @@ impl Kernel for Cluster<'_> {
         let each = of_hat(row - 1);
         let hats = self.out.len() / each;
         for (k, matrix) in self.basis.chunks_exact(n * n).enumerate() {
-            let mut through = [[0.0f32; 4]; MOST];
+            let mut through = [[0.0f32; 3]; MOST];
             for (to, m) in through[..n].iter_mut().zip(matrix.chunks_exact(n)) {
                 for (m, l) in m.iter().zip(self.light) {
                     for c in 0..3 {

@@ -1,6 +1,6 @@
 //! Frames of the sites of a geometry, where light or view stands still.
 
-use super::kernel::{SIDE, read, tangents};
+use super::vectors::{SIDE, read, tangents};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Geometry, Part, Sites};
 use glam::Vec3;

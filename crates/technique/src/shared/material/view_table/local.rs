@@ -1,7 +1,9 @@
 //! What is kept per site where light stands still, KSS02 section 4: light turned into each site's frame.
 
-use super::kernel::{Corners, LightLanes, Look, MOST, SIDE, Vectors, Xyz, copy, frame_angles, read};
+use super::kernel::{LightLanes, MOST};
+use super::look::{Corners, Look};
 use super::shorts::{self, SHARE};
+use super::vectors::{SIDE, Vectors, Xyz, copy, frame_angles, read};
 use super::{SiteFrames, ViewTable};
 use crate::{Points, Radiance};
 use steradian_parallel::prelude::*;
@@ -314,7 +316,7 @@ impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
     /// Where the next points look is found, and the memory there asked for, before the ones at hand are
     /// shaded: texels and light lie anywhere, and a core waits for few of them at a time by itself. (What
     /// depends on the number of coefficients is chosen for sixteen points at a time: the whole loop for each
-    /// was a third of the code of all techniques.)
+    /// was a quarter of the code of all techniques.)
     #[inline(always)]
     fn run<A: Arch>(mut self) {
         let none = || Corner {

@@ -16,6 +16,7 @@ mod fill;
 mod frames;
 mod kernel;
 mod local;
+mod look;
 mod part;
 mod places;
 mod rule;
@@ -23,6 +24,7 @@ mod shorts;
 mod sites;
 #[cfg(test)]
 mod tests;
+mod vectors;
 mod wgsl;
 mod world;
 

@@ -1,7 +1,8 @@
 //! A table and light in whole numbers of 16 bits, whose products with two neighbours each are summed by one
 //! instruction without any conversion.
 
-use super::kernel::{Look, SIDE};
+use super::look::Look;
+use super::vectors::SIDE;
 use crate::shared::tables::aligned::Aligned;
 use steradian_simd::{Arch, Short, Single, Vector};
 

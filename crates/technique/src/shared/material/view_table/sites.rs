@@ -2,7 +2,8 @@
 //! the reflectance turned to the world.
 
 use super::ViewTable;
-use super::kernel::{Block, MOST, SIDE, Sink, turned};
+use super::kernel::{Block, MOST, Sink, turned};
+use super::vectors::SIDE;
 use crate::shared::geometry::matrices::{MAX_COEFFICIENTS, padded};
 use crate::shared::geometry::site_sum::{MOST as MOST_VECTORS, Vectors};
 use crate::{Points, Radiance};

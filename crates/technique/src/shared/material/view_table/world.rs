@@ -1,7 +1,8 @@
 //! What is kept per site where the view stands still, KSS02 section 4: reflectance looked up at each site and
 //! turned to the world.
 
-use super::kernel::{Block, LightLanes, SIDE, Sink, Vectors, read, turned};
+use super::kernel::{Block, LightLanes, Sink, turned};
+use super::vectors::{SIDE, Vectors, read};
 use super::{SiteFrames, ViewTable};
 use glam::Vec3;
 use steradian_parallel::prelude::*;
