@@ -21,7 +21,7 @@ pub(crate) fn has_sheen(engine: &Engine) -> bool {
 }
 
 /// Is there a lat-long image of the light beside the cube?
-fn has_panorama(engine: &Engine) -> bool {
+pub(crate) fn has_panorama(engine: &Engine) -> bool {
     matches!(engine.files, Files::LatLong { cube: Some(_), .. })
 }
 

@@ -1,10 +1,8 @@
 //! The files, written.
 
 use crate::gltf::gltf;
-use crate::irradiance::polynomial;
 use crate::packing::Packed;
 use crate::{Engine, EngineError, Files, Filtered, Remedy};
-use std::f64::consts::PI;
 use std::path::Path;
 use steradian_brdf::dfg::DfgTable;
 use steradian_formats::{
@@ -108,11 +106,11 @@ fn folder(
                     t.map(|t| Ok(Written::new(file.clone(), t.write_dds(&dir.join(&file))?)))
                         .collect::<Result<_, FormatError>>()?
                 }
-                Files::Filament => filament(dir, name, specular.clone(), &companions.sh)?,
+                Files::Filament => filament(engine, dir, name, specular.clone(), &companions.sh)?,
                 Files::Gltf => gltf(engine, dir, name, levels, &companions.sh)?,
             };
         if made.beyond.is_some_and(|b| b.remedy == Remedy::SunsTakenOut) {
-            written.push(suns(made, dir, name)?);
+            written.push(suns(made, dir)?);
         }
         Ok(())
     })?;
@@ -120,8 +118,8 @@ fn folder(
 }
 
 /// The suns that the light lost, as `render --sun-lights` reads them.
-fn suns(made: &Filtered, dir: &Path, name: &str) -> Result<Written, FormatError> {
-    let file = format!("{name}_suns.json");
+fn suns(made: &Filtered, dir: &Path) -> Result<Written, FormatError> {
+    let file = made.request.suns_file();
     let text = format!("{:#}\n", DiskLight::document(&made.request.suns));
     write_atomic(&dir.join(&file), |w| w.write_all(text.as_bytes()))?;
     Ok(Written::new(file, WriteReport::default()))
@@ -179,24 +177,19 @@ fn ktx2<'a>(
     Ok(written)
 }
 
-/// Nine numbers per channel: E/π with the basis' constants folded in, so that E(n)/π = s0 + s1 y + s2 z + s3
-/// x + s4 yx + s5 yz + s6 (3z² − 1) + s7 zx + s8 (x² − y²).
-pub fn filament_irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
-    polynomial(sh).map(|e| e.map(|v| v / PI)).into()
-}
-
-/// The same as text.
-fn filament_sh(sh: &ShRgb) -> String {
-    filament_irradiance(sh).iter().map(|[r, g, b]| format!("{r:.9} {g:.9} {b:.9}\n")).collect()
+/// The coefficients of diffuse light as text, one a line.
+fn sh_text(engine: &Engine, sh: &ShRgb) -> String {
+    engine.coefficients.of(sh).iter().map(|[r, g, b]| format!("{r:.9} {g:.9} {b:.9}\n")).collect()
 }
 
 fn filament(
+    engine: &Engine,
     dir: &Path,
     name: &str,
     specular: Option<StoredTexture>,
     sh: &ShRgb,
 ) -> Result<Vec<Written>, FormatError> {
-    let sh = filament_sh(sh);
+    let sh = sh_text(engine, sh);
     let folder = dir.join(name);
     std::fs::create_dir_all(&folder)
         .map_err(|e| FormatError::Unwritable { path: folder.clone(), why: e.to_string() })?;
@@ -222,13 +215,17 @@ fn filament(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     /// The nine numbers give E/π of a function of bands 0 to 2 at any normal.
     #[test]
     fn filament_s_numbers_evaluate_to_irradiance_over_pi() {
         let mut sh = ShRgb::zero(2);
         sh.c.iter_mut().flatten().enumerate().for_each(|(i, c)| *c = (i as f64).sin() + 0.3);
-        let s: Vec<f64> = filament_sh(&sh).split_whitespace().map(|v| v.parse().unwrap()).collect();
+        let s: Vec<f64> = sh_text(Engine::find("filament").unwrap(), &sh)
+            .split_whitespace()
+            .map(|v| v.parse().unwrap())
+            .collect();
         assert_eq!(s.len(), 27);
         let mut e = sh.clone();
         e.convolve(&crate::irradiance::COSINE);

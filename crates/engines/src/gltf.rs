@@ -1,7 +1,6 @@
 //! The files of the glTF extension EXT_lights_image_based: RGBD faces and irradiance coefficients.
 
 use crate::files::Written;
-use crate::irradiance::irradiance;
 use crate::{Engine, Level};
 use serde_json::json;
 use std::path::Path;
@@ -39,7 +38,7 @@ pub(crate) fn gltf(
         "name": name,
         "intensity": 1.0,
         "rotation": [0.0, 0.0, 0.0, 1.0],
-        "irradianceCoefficients": irradiance(sh),
+        "irradianceCoefficients": engine.coefficients.of(sh),
         "specularImages": specular,
         "specularImageSize": size,
     });

@@ -22,6 +22,26 @@ pub fn polynomial(sh: &ShRgb) -> [[f64; 3]; 9] {
     std::array::from_fn(|i| e[i].map(|v| v * basis[i]))
 }
 
+/// Nine coefficients of diffuse light as an engine's files hold them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CoefficientForm {
+    /// Spherical harmonics of irradiance, as [`irradiance`] gives them.
+    Harmonics,
+    /// [`polynomial`] over π, so that the value at a normal n is E(n)/π: s0 + s1 y + s2 z + s3 x + s4 yx + s5
+    /// yz + s6 (3z² − 1) + s7 zx + s8 (x² − y²).
+    Polynomial,
+}
+
+impl CoefficientForm {
+    /// The coefficients of a light of these coefficients of radiance, bands 0 to 2.
+    pub fn of(self, sh: &ShRgb) -> Vec<[f64; 3]> {
+        match self {
+            Self::Harmonics => irradiance(sh),
+            Self::Polynomial => polynomial(sh).map(|e| e.map(|v| v / PI)).into(),
+        }
+    }
+}
+
 /// A function `irradiance` of the unit normal over world x, y, z (right-handed, y up) for a shader; `None`
 /// for languages that are no shader's. `notes` go into the comment above it, one line each.
 pub fn irradiance_source(sh: &ShRgb, language: Language, notes: &[String]) -> Option<String> {

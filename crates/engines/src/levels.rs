@@ -121,7 +121,7 @@ impl Filtered {
     /// [`Request::tolerance`] is part of the outcome.
     pub fn new(mut request: Request, mut lights: Lights, task: &Task) -> Result<Outcome<Self>, EngineError> {
         let mut plan = request.plan(task.max_memory())?;
-        let beyond = range::settle(plan.engine, &mut request, &mut lights);
+        let beyond = range::settle(&plan, &mut request, &mut lights, task)?;
         let mut clock = Clock(Instant::now(), Vec::new());
         let others = if request.engine.is_some() { companions::kernels(&plan) } else { Vec::new() };
         let lobes = plan.filters.iter().filter_map(|f| f.lobe.as_ref());

@@ -23,12 +23,13 @@ mod transfer;
 
 pub use companions::Companions;
 pub use error::EngineError;
-pub use files::{Written, filament_irradiance};
-pub use irradiance::{irradiance, irradiance_source, polynomial};
+pub use files::Written;
+pub use irradiance::{CoefficientForm, irradiance, irradiance_source, polynomial};
 pub use levels::{Filtered, Level};
 pub use method::MethodCost;
 pub use plan::{Filter, Kernel, Plan};
 pub use profile::{Curve, ENGINES, Engine, Files};
 pub use range::{BeyondRange, Remedy};
+pub use report::percent;
 pub use request::{KERNELS, MethodChoice, Request, kernel_name, kernels_with};
 pub use transfer::{OtherSites, VertexNumbers, glb, transfer_source};

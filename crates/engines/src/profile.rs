@@ -1,5 +1,6 @@
 //! What each consumer of filtered maps takes: one row of fields per profile, no code.
 
+use crate::irradiance::CoefficientForm;
 use steradian_formats::TexelFormat;
 use steradian_light::load::Profile;
 use steradian_sphere::SphereImage;
@@ -121,14 +122,21 @@ pub struct Engine {
     /// Largest radiance that the consumer itself keeps of light that it filters by itself; what is beyond it
     /// and is a sun belongs into a light of its own.
     pub largest: f64,
+    /// Does it read and filter 32-bit floats, so that a file of them may hold what halves cannot?
+    pub floats: bool,
+    /// What nine coefficients of diffuse light are in its files, where there are any.
+    pub coefficients: CoefficientForm,
+    /// Are the conventions our own? Then a file says itself which roughness each of its levels has.
+    pub own: bool,
 }
 
 /// The largest half float.
 pub(crate) const HALF: f64 = 65504.0;
 
-const RAW: Engine = Engine {
-    name: "raw",
-    doc: "our own conventions, 32-bit floats",
+/// What rows of the table have in common where they say nothing else.
+const USUAL: Engine = Engine {
+    name: "",
+    doc: "",
     files: Files::Ktx2 { specular: "{}_specular.ktx2", diffuse: Some("{}_diffuse.ktx2") },
     format: TexelFormat::Rgba32f,
     zstd: false,
@@ -138,6 +146,9 @@ const RAW: Engine = Engine {
     last_fixed: false,
     curve: Curve::Linear,
     largest: f64::INFINITY,
+    floats: false,
+    coefficients: CoefficientForm::Polynomial,
+    own: false,
 };
 
 /// Every profile.
@@ -153,7 +164,7 @@ pub static ENGINES: [Engine; 12] = [
         zstd: true,
         size: 512,
         last: 8,
-        ..RAW
+        ..USUAL
     },
     Engine {
         name: "three",
@@ -164,7 +175,8 @@ pub static ENGINES: [Engine; 12] = [
         least: 256,
         last_fixed: true,
         curve: Curve::Sqrt,
-        ..RAW
+        floats: true,
+        ..USUAL
     },
     Engine {
         name: "filament",
@@ -172,27 +184,29 @@ pub static ENGINES: [Engine; 12] = [
         files: Files::Filament,
         format: TexelFormat::R11g11b10,
         curve: Curve::Sqrt,
-        ..RAW
+        ..USUAL
     },
     Engine {
         name: "gltf",
         doc: "glTF EXT_lights_image_based: RGBD PNGs mirrored left to right, irradiance coefficients",
         files: Files::Gltf,
-        ..RAW
+        coefficients: CoefficientForm::Harmonics,
+        ..USUAL
     },
     Engine {
         name: "khronos",
         doc: "glTF-IBL-Sampler: diffuse.ktx2, specular.ktx2, sheen.ktx2, outputLUT.png, r = m/L",
         files: Files::Khronos,
         format: TexelFormat::Rgba16f,
-        ..RAW
+        floats: true,
+        ..USUAL
     },
     Engine {
         name: "godot",
         doc: "Godot 4 (PanoramaSkyMaterial filters by itself): lat-long EXR, u = atan2(x, -z)/2pi, its centre looks to +Z",
         files: Files::LatLong { image: "{}.exr", half: true, cube: None },
         largest: HALF,
-        ..RAW
+        ..USUAL
     },
     Engine {
         name: "unreal",
@@ -203,13 +217,14 @@ pub static ENGINES: [Engine; 12] = [
         last: 512,
         curve: Curve::Log2,
         largest: HALF,
-        ..RAW
+        ..USUAL
     },
     Engine {
         name: "blender",
         doc: "Blender (world shader, studio lights; Cycles and EEVEE filter by themselves): lat-long EXR, its centre looks to +X",
         files: Files::LatLong { image: "{}.exr", half: true, cube: None },
-        ..RAW
+        floats: true,
+        ..USUAL
     },
     Engine {
         name: "babylon",
@@ -219,23 +234,24 @@ pub static ENGINES: [Engine; 12] = [
         last: 1,
         last_fixed: true,
         curve: Curve::Babylon,
-        ..RAW
+        floats: true,
+        ..USUAL
     },
     Engine {
         name: "playcanvas",
         doc: "PlayCanvas 2 (EnvLighting filters by itself, into texels that end at 64): lat-long .hdr, u = 0.5 + atan2(-x, z)/2pi, its centre looks to +Z",
         files: Files::LatLong { image: "{}.hdr", half: false, cube: None },
         largest: 64.0,
-        ..RAW
+        ..USUAL
     },
     Engine {
         name: "unity",
         doc: "Unity (Skybox/Panoramic; reflection probes filter by themselves): lat-long EXR over (-x, y, z), u = 0.5 - atan2(Z, X)/2pi, its centre looks to -X",
         files: Files::LatLong { image: "{}.exr", half: true, cube: None },
         largest: HALF,
-        ..RAW
+        ..USUAL
     },
-    RAW,
+    Engine { name: "raw", doc: "our own conventions, 32-bit floats", floats: true, own: true, ..USUAL },
 ];
 
 impl Engine {
@@ -266,7 +282,7 @@ impl Engine {
 
     /// The name by which readers undo the arrangement.
     pub fn recorded(&self) -> &'static str {
-        if self.name == "raw" { "steradian" } else { self.name }
+        if self.own { Profile::own().name } else { self.name }
     }
 }
 

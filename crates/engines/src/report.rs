@@ -1,6 +1,6 @@
 //! What was made, as JSON and in words.
 
-use crate::{BeyondRange, Filtered, Kernel, Level, MethodCost, Remedy, Written};
+use crate::{BeyondRange, Filtered, Kernel, Level, MethodCost, Remedy, Request, Written};
 use serde_json::{Map, Value, json};
 
 impl Filtered {
@@ -26,6 +26,7 @@ impl Filtered {
                 "peak": b.peak,
                 "lost_without_remedy": b.lost,
                 "taken_out": b.taken,
+                "still_lost": b.left,
                 "remedy": b.remedy.name(),
             })),
             "levels": rows,
@@ -55,7 +56,7 @@ impl Filtered {
 
     /// What became of light that does not fit, where some does not.
     pub fn beyond_in_words(&self) -> Option<String> {
-        self.beyond.as_ref().map(|b| beyond(b, self.request.suns.len()))
+        self.beyond.as_ref().map(|b| beyond(b, &self.request))
     }
 
     /// How its error is known, and the part of it that the texels' format makes.
@@ -110,23 +111,40 @@ fn row(m: usize, l: &Level) -> Value {
     row
 }
 
+/// A part of the light in words: `1.9 %`.
+pub fn percent(share: f64) -> String {
+    match 100.0 * share {
+        p if p < 0.01 => "less than 0.01 %".into(),
+        p if p < 1.0 => format!("{p:.2} %"),
+        p => format!("{p:.1} %"),
+    }
+}
+
 /// What became of light that does not fit.
-fn beyond(b: &BeyondRange, suns: usize) -> String {
-    let (largest, peak, lost, taken) = (b.largest, b.peak, 100.0 * b.lost, 100.0 * b.taken);
-    let would = format!("radiance is up to {peak:.3e}, and beyond {largest} {lost:.1} % of the light");
-    match b.remedy {
-        Remedy::Floats => format!("{would} would be lost: the file has 32-bit floats, not halves"),
-        Remedy::SunsTakenOut => {
-            let suns = if suns == 1 {
+fn beyond(b: &BeyondRange, o: &Request) -> String {
+    let (largest, peak, lost) = (b.largest, b.peak, percent(b.lost));
+    let would = format!("radiance is up to {peak:.3e}, and beyond {largest} {lost} of the light");
+    match (b.remedy, o.format) {
+        (Remedy::Floats, _) => {
+            format!("{would} would be lost: the file has 32-bit floats, not halves")
+        }
+        (Remedy::SunsTakenOut, _) => {
+            let suns = if o.suns.len() == 1 {
                 "1 sun is a light of its own".into()
             } else {
-                format!("{suns} suns are lights of their own")
+                format!("{} suns are lights of their own", o.suns.len())
+            };
+            let (file, taken) = (o.suns_file(), percent(b.taken));
+            let left = match b.left {
+                0.0 => String::new(),
+                left => format!("; {} of the light is still clipped: no sun", percent(left)),
             };
             format!(
-                "{would} would be lost: {suns}, in _suns.json and below, and not in the map ({taken:.1} % of the light)"
+                "{would} would be lost: {suns}, in {file} and below, and not in the map ({taken} of the light){left}"
             )
         }
-        Remedy::Clipped => format!("{would} is clipped; nothing of it is a sun to take out"),
+        (Remedy::Clipped, Some(f)) => format!("{would} is clipped, as {} was asked for", f.name()),
+        (Remedy::Clipped, None) => format!("{would} is clipped; nothing of it is a sun to take out"),
     }
 }
 

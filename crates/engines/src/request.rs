@@ -140,6 +140,11 @@ impl Request {
         if self.own_folder && fixed { self.output.join(&self.name) } else { self.output.clone() }
     }
 
+    /// The file below [`Self::folder`] that holds the suns which the maps cannot.
+    pub fn suns_file(&self) -> String {
+        format!("{}_suns.json", self.name)
+    }
+
     /// A texture of an engine whose files have fixed names, which another input's would replace.
     pub fn fixed_file(&self) -> Option<PathBuf> {
         self.engine.filter(|e| e.files == Files::Khronos).map(|_| self.folder().join("specular.ktx2"))

@@ -1,38 +1,47 @@
 //! What a user of an engine pastes into a project.
 
 use crate::{Engine, Filtered, sun};
+use steradian_formats::TexelFormat;
 
 impl Filtered {
     /// What loads the files, for the engine's own language, and the suns that were taken out of the light as
     /// lights of its; nothing for a file that is no engine's.
     pub fn snippet(&self) -> Option<String> {
         let engine = self.request.engine?;
-        let map = snippet(engine, &self.request.name).replace("rgb9e5", self.engine().format.name());
+        let map = snippet(&self.engine(), &self.request.name);
         Some(map + &sun::lines(engine.name, &self.request.suns))
     }
 }
 
+/// What loads the files of `engine`, whose texels are of the format that it has here.
 fn snippet(engine: &Engine, name: &str) -> String {
+    let format = engine.format.name();
     match engine.name {
         "bevy" => format!(
             "commands.spawn((Camera3d::default(), EnvironmentMapLight {{\n    \
-             diffuse_map: asset_server.load(\"{name}_diffuse_rgb9e5_zstd.ktx2\"),\n    \
-             specular_map: asset_server.load(\"{name}_specular_rgb9e5_zstd.ktx2\"),\n    \
+             diffuse_map: asset_server.load(\"{name}_diffuse_{format}_zstd.ktx2\"),\n    \
+             specular_map: asset_server.load(\"{name}_specular_{format}_zstd.ktx2\"),\n    \
              intensity: 1000.0, // radiance 1 in the map is this many cd/m2\n    ..default()\n}}));\n"
         ),
-        "three" => format!(
+        "three" => {
+            let (bytes, array, kind) = match engine.format {
+                TexelFormat::Rgba32f => (16, "Float32Array", "Float"),
+                _ => (8, "Uint16Array", "HalfFloat"),
+            };
+            format!(
             "import {{ read }} from 'three/addons/libs/ktx-parse.module.js';\n\
              const ktx = read(new Uint8Array(await (await fetch('{name}_pmrem.ktx2')).arrayBuffer()));\n\
              const faces = [0, 1, 2, 3, 4, 5].map(f => ({{ width: ktx.pixelWidth, height: ktx.pixelWidth,\n  \
              mipmaps: ktx.levels.map((l, m) => {{ const n = ktx.pixelWidth >> m;\n    \
-             const b = l.levelData.slice(f * n * n * 8, (f + 1) * n * n * 8);\n    \
-             return {{ data: new Uint16Array(b.buffer), width: n, height: n }}; }}) }}));\n\
-             const env = new THREE.CompressedCubeTexture(faces, THREE.RGBAFormat, THREE.HalfFloatType);\n\
+             const b = l.levelData.slice(f * n * n * {bytes}, (f + 1) * n * n * {bytes});\n    \
+             return {{ data: new {array}(b.buffer), width: n, height: n }}; }}) }}));\n\
+             const env = new THREE.CompressedCubeTexture(faces, THREE.RGBAFormat, THREE.{kind}Type);\n\
              Object.assign(env, {{ isPMREMTexture: true, mapping: THREE.CubeReflectionMapping, generateMipmaps: false,\n  \
              minFilter: THREE.LinearMipmapLinearFilter, magFilter: THREE.LinearFilter,\n  \
              colorSpace: THREE.LinearSRGBColorSpace, needsUpdate: true }});\n\
              scene.environment = env;\n"
-        ),
+        )
+        }
         "filament" => format!(
             "// buffer: the bytes of {name}/{name}_ibl.ktx\n\
              auto* ibl = new image::Ktx1Bundle(buffer, size);\n\
@@ -105,5 +114,19 @@ fn snippet(engine: &Engine, name: &str) -> String {
              DynamicGI.UpdateEnvironment();\n"
         ),
         _ => format!("steradian sample {name}_specular.ktx2 --level 1 --directions d.csv\n"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_reads_texels_as_they_are() {
+        let three = Engine::find("three").expect("known");
+        assert!(snippet(three, "x").contains("n * n * 8)") && snippet(three, "x").contains("HalfFloatType"));
+        let floats = snippet(&Engine { format: TexelFormat::Rgba32f, ..*three }, "x");
+        assert!(floats.contains("n * n * 16)") && floats.contains("Float32Array"), "{floats}");
+        assert!(floats.contains("THREE.FloatType"), "{floats}");
     }
 }

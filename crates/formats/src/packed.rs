@@ -104,9 +104,12 @@ pub fn round_trip_rgbe(rgb: [f32; 3]) -> [f32; 3] {
     crate::hdr::round_trip(rgb)
 }
 
+/// The largest value of RGBD of eight bits.
+pub const MAX_RGBD: f32 = 255.0;
+
 /// RGBD of eight bits: value = rgb / a, where a is as large as the colour allows. Values reach 255.
 pub fn encode_rgbd(rgb: [f32; 3], report: &mut WriteReport) -> [u8; 4] {
-    let rgb = rgb.map(|v| fit(v, 255.0, report));
+    let rgb = rgb.map(|v| fit(v, MAX_RGBD, report));
     let max = rgb[0].max(rgb[1]).max(rgb[2]);
     // ⌊255/max⌋ keeps rgb · a ≤ 1.
     let a = if max > 1.0 { (255.0 / max).floor().clamp(1.0, 255.0) } else { 255.0 };

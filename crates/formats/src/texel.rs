@@ -2,7 +2,7 @@
 
 use crate::WriteReport;
 use crate::bc6h;
-use crate::packed::{decode_r11g11b10, decode_rgb9e5, encode_r11g11b10, encode_rgb9e5};
+use crate::packed::{MAX_F10, MAX_RGB9E5, decode_r11g11b10, decode_rgb9e5, encode_r11g11b10, encode_rgb9e5};
 use half::f16;
 
 /// Texel formats that are written.
@@ -53,6 +53,16 @@ impl TexelFormat {
     /// Is each texel stored by itself?
     pub fn is_plain(self) -> bool {
         !matches!(self, Self::Bc6h | Self::Bc6hSigned)
+    }
+
+    /// The largest value that every channel holds; `None` for 32-bit floats.
+    pub fn largest(self) -> Option<f32> {
+        match self {
+            Self::Rgba16f | Self::Bc6h | Self::Bc6hSigned => Some(f16::MAX.to_f32()),
+            Self::Rgba32f => None,
+            Self::Rgb9e5 => Some(MAX_RGB9E5),
+            Self::R11g11b10 => Some(MAX_F10),
+        }
     }
 
     /// Bytes of a texel, or of a block of 4 × 4.

@@ -1,5 +1,6 @@
 //! Whole lights made, turned and scaled; disks drawn into images.
 
+use crate::suns::luminance;
 use crate::{DiskLight, Environment, Lights};
 use glam::DMat3;
 use std::sync::Arc;
@@ -51,6 +52,14 @@ impl Lights {
         }
         image
     }
+}
+
+/// The part of an image's luminous flux that is lost where radiance is clipped to `most`.
+pub fn share_beyond(image: &SphereImage, most: f64) -> f64 {
+    let whole = luminance(image.integral());
+    let mut beyond = image.clone();
+    beyond.planes.iter_mut().flatten().for_each(|v| *v = (f64::from(*v) - most).max(0.0) as f32);
+    if whole > 0.0 { luminance(beyond.integral()) / whole } else { 0.0 }
 }
 
 /// The rotation by `degrees` about +Y.

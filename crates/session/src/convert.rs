@@ -3,7 +3,7 @@
 use crate::{Adjust, Error, Notice, Session, has_extension, is_sky};
 use std::path::{Path, PathBuf};
 use steradian_formats::{Container, ExrSamples, Raster, TexelFormat, WriteOptions, WriteReport};
-use steradian_light::adjust;
+use steradian_light::adjust::{self, share_beyond};
 use steradian_light::load::{Arrangement, arrangement};
 use steradian_light::suns::{self, Taken};
 use steradian_render::ToneMapper;
@@ -43,9 +43,14 @@ pub struct Converted {
     pub size: (usize, usize),
     /// What the files could not hold.
     pub report: WriteReport,
+    /// The part of the luminous flux that the files' format clipped.
+    pub share: f64,
     /// What was taken out of it, where that was asked for.
     pub suns: Option<Taken>,
 }
+
+/// The largest half float.
+const HALF: f32 = 65504.0;
 
 /// The files that an output stands for: itself, or with {} in its name those of the six faces.
 pub fn files(output: &Path) -> Vec<PathBuf> {
@@ -66,14 +71,31 @@ impl Request {
         session: &Session,
     ) -> Result<WriteReport, Error> {
         let mut options = WriteOptions::default();
-        // A picture for the eye is no light.
-        if self.tone_mapper.is_none() || !has_extension(path, &["png"]) {
-            options.metadata = target.metadata();
-        }
         if self.half {
             options.exr_samples = ExrSamples::Half;
         }
-        session.write_toned(path, raster, self.tone_mapper, options)
+        // A picture for the eye is no light.
+        if self.tone_mapper.is_some() && has_extension(path, &["png"]) {
+            return session.write_toned(path, raster, self.tone_mapper, options);
+        }
+        options.metadata = target.metadata();
+        session.write_light(path, &raster, options)
+    }
+
+    /// The largest radiance that the output holds.
+    fn largest(&self) -> f64 {
+        let image = |extension| has_extension(&self.output, &[extension]);
+        match Container::of_name(&self.output) {
+            Some(_) => self.texels().largest().map_or(f64::INFINITY, f64::from),
+            None if image("png") => 1.0,
+            None if image("exr") && self.half => f64::from(HALF),
+            None => f64::INFINITY,
+        }
+    }
+
+    /// Texels of a texture.
+    fn texels(&self) -> TexelFormat {
+        self.format.unwrap_or(if self.half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f })
     }
 }
 
@@ -93,9 +115,9 @@ impl Session {
         let side = |s| layout.side(s).map_err(|e| Error::usage(format!("--size: {e}")));
         let image = layout.shaped(image, r.size.map(side).transpose()?);
         let (mut size, mut report) = ((image.width, image.height), WriteReport::default());
+        let share = share_beyond(&image, r.largest());
         if texture {
-            let usual = if r.half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f };
-            report = self.write_cube(&r.output, &image, r.format.unwrap_or(usual), Vec::new())?;
+            report = self.write_cube(&r.output, &image, r.texels(), Vec::new())?;
         } else if let [path] = &files[..] {
             let raster = layout.arranged(image);
             size = (raster.width, raster.height);
@@ -105,7 +127,10 @@ impl Session {
                 report.merge(r.write_one(path, arrangement::face(&image, face), layout, self)?);
             }
         }
-        Ok(Converted { layout, size, report, suns })
+        if !texture {
+            self.tell_lost(&r.output, report, Some(share));
+        }
+        Ok(Converted { layout, size, report, share, suns })
     }
 
     /// The input, turned and scaled, without its suns.

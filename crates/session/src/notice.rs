@@ -1,6 +1,7 @@
 //! What a session tells while it works, beside its results.
 
 use std::path::PathBuf;
+use steradian_engines::percent;
 use steradian_formats::WriteReport;
 
 /// Something that a user should know; [`Display`](std::fmt::Display) gives one line.
@@ -27,12 +28,14 @@ pub enum Notice {
         baked: String,
     },
     /// A file's format could not hold all.
-    #[error("{}: {} samples clipped, {} became 0, {:.4} lost in sum", path.display(), report.clipped, report.vanished, report.lost)]
+    #[error("{}: {}", path.display(), lost(report, *share))]
     Lost {
         /// The file.
         path: PathBuf,
         /// What it lost.
         report: WriteReport,
+        /// The part of the light, or of the picture, that was clipped; `None`: it is neither.
+        share: Option<f64>,
     },
     /// A sky's sun was drawn into an image.
     #[error("the sun is part of the image now: a disk of texels")]
@@ -69,6 +72,22 @@ pub enum Notice {
     /// Anything else.
     #[error("{0}")]
     Remark(String),
+}
+
+/// What a format could not hold, in words.
+fn lost(report: &WriteReport, share: Option<f64>) -> String {
+    let samples = |n: u64| if n == 1 { "1 sample".into() } else { format!("{n} samples") };
+    let was = |n: u64| if n == 1 { "was" } else { "were" };
+    let mut out = Vec::new();
+    if report.clipped > 0 {
+        let part = share.map(|s| format!(": {} of the light is lost", percent(s))).unwrap_or_default();
+        let n = report.clipped;
+        out.push(format!("{} outside the format's range {} clipped{part}", samples(n), was(n)));
+    }
+    if report.vanished > 0 {
+        out.push(format!("{} too small for the format became 0", samples(report.vanished)));
+    }
+    out.join("; ")
 }
 
 impl Notice {

@@ -5,6 +5,7 @@ use std::path::Path;
 use steradian_formats::{
     Container, Raster, TexelFormat, TextureLevels, WriteOptions, WriteReport, write_atomic, write_image,
 };
+use steradian_light::adjust::share_beyond;
 use steradian_render::plot::Drawing;
 use steradian_render::{Develop, Display, Film, ToneMapper};
 use steradian_sphere::SphereImage;
@@ -77,12 +78,35 @@ impl Session {
         raster: &Raster,
         mut options: WriteOptions,
     ) -> Result<WriteReport, Error> {
+        options.metadata.extend(self.provenance_pairs());
+        let report = self.write_untold(path, raster, &options)?;
+        let share = || clipped_share(raster, report);
+        self.tell_lost(path, report, (report.clipped > 0).then(share));
+        Ok(report)
+    }
+
+    /// An image as it is to a file; what it could not hold is returned.
+    fn write_untold(
+        &self,
+        path: &Path,
+        raster: &Raster,
+        options: &WriteOptions,
+    ) -> Result<WriteReport, Error> {
         self.check()?;
         check_output(path, &IMAGES)?;
+        Ok(write_image(path, raster, options)?)
+    }
+
+    /// An image of light from all directions, or a face of it, to a file, with provenance; what the file
+    /// could not hold is returned and not told.
+    pub(crate) fn write_light(
+        &self,
+        path: &Path,
+        raster: &Raster,
+        mut options: WriteOptions,
+    ) -> Result<WriteReport, Error> {
         options.metadata.extend(self.provenance_pairs());
-        let report = write_image(path, raster, &options)?;
-        self.tell_lost(path, report);
-        Ok(report)
+        self.write_untold(path, raster, &options)
     }
 
     /// A film: tone-mapped as PNG, linear otherwise.
@@ -190,16 +214,25 @@ impl Session {
         let (width, height) = (image.width, image.height);
         let texture = TextureLevels { width, height, faces: 6, levels: vec![texels], metadata: pairs };
         let report = container.write(path, &texture, format)?;
-        self.tell_lost(path, report);
+        let share = format.largest().map(|most| share_beyond(image, most.into()));
+        self.tell_lost(path, report, share);
         Ok(report)
     }
 
-    /// Tells what a format could not hold.
-    pub fn tell_lost(&self, path: &Path, report: WriteReport) {
+    /// Tells what a format could not hold; `share` is the part of the light that was clipped, where the file
+    /// holds light.
+    pub fn tell_lost(&self, path: &Path, report: WriteReport, share: Option<f64>) {
         if report.clipped > 0 || report.vanished > 0 {
-            self.tell(Notice::Lost { path: path.into(), report });
+            self.tell(Notice::Lost { path: path.into(), report, share });
         }
     }
+}
+
+/// What a picture lost, as a part of the sum of its samples, coverage apart.
+fn clipped_share(raster: &Raster, report: WriteReport) -> f64 {
+    let colours = raster.channels.iter().filter(|c| c.name != "A").flat_map(|c| &c.data);
+    let whole: f64 = colours.map(|v| f64::from(v.abs())).sum();
+    if whole > 0.0 { report.lost / whole } else { 0.0 }
 }
 
 #[cfg(test)]

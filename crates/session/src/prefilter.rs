@@ -120,7 +120,8 @@ impl Session {
         let mut metadata = self.provenance_pairs();
         metadata.push((LIGHT_KEY.into(), light_mark(&environment)));
         let written = made.write(&metadata)?;
-        written.iter().for_each(|w| self.tell_lost(Path::new(&w.name), w.report));
+        let share = written.iter().any(|w| w.report.clipped > 0).then(|| made.share_lost());
+        written.iter().for_each(|w| self.tell_lost(Path::new(&w.name), w.report, share));
         clock.lap("writing");
         if let Some(folder) = &dump {
             made.dump(folder, &metadata, &self.task)?;

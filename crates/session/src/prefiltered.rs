@@ -6,7 +6,6 @@ mod words;
 use crate::{Adjust, Error, Kind, Outcome, Session, inputs};
 use serde_json::Value;
 use std::path::{Component, Path, PathBuf};
-use steradian_engines::{filament_irradiance, irradiance};
 use steradian_formats::{Container, Raster, ReadOptions, read_image_with, read_text};
 use steradian_light::load::{self, FileLayout, LoadOptions, Profile};
 use steradian_sphere::SphereImage;
@@ -127,8 +126,7 @@ impl Session {
         let report = check(&input, &self.task)?;
         let irradiance = held.sh.as_deref().map(|sh| {
             let light = inputs::coefficients(&lights, 2);
-            let gltf = r.consumer.name == "gltf";
-            Coefficients::compare(sh, &if gltf { irradiance(&light) } else { filament_irradiance(&light) })
+            Coefficients::compare(sh, &r.consumer.coefficients.of(&light))
         });
         let file = Path::new(&r.file).file_name().map(|n| n.to_string_lossy().into_owned());
         let (profile, tolerance) = (r.consumer.name, r.tolerance);
@@ -157,7 +155,7 @@ fn expected(r: &Request, held: &Held) -> Vec<Kernel> {
         .unwrap_or_default();
     let alone = r
         .perceptual_roughness
-        .or_else(|| (last == 0 && r.consumer.name == "raw").then(|| recorded.first().copied()).flatten());
+        .or_else(|| (last == 0 && r.consumer.is_own()).then(|| recorded.first().copied()).flatten());
     (0..=last)
         .map(|m| {
             let law = r.consumer.kernel(m, last);
@@ -207,7 +205,7 @@ fn decode(spec: &str, reading: &Reading, session: &mut Session) -> Result<Held, 
 }
 
 /// Nine lines of three numbers.
-fn coefficients(text: &str) -> Option<Vec<[f64; 3]>> {
+pub(crate) fn coefficients(text: &str) -> Option<Vec<[f64; 3]>> {
     let numbers: Vec<f64> = text.split_whitespace().map(|v| v.parse().ok()).collect::<Option<_>>()?;
     let rows: Vec<[f64; 3]> = numbers.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
     (rows.len() == 9).then_some(rows)
@@ -314,6 +312,34 @@ fn gltf(path: &Path, reading: &Reading, session: &mut Session) -> Result<Held, E
     let row = |r: &Value| -> Option<[f64; 3]> { Some([r[0].as_f64()?, r[1].as_f64()?, r[2].as_f64()?]) };
     held.sh = rows.and_then(|r| r.iter().map(row).collect::<Option<Vec<_>>>()).filter(|r| r.len() == 9);
     if held.levels.is_empty() { Err(bad("its light has no levels")) } else { Ok(held) }
+}
+
+/// What the light of a glTF file holds.
+pub(crate) struct LightOfGltf {
+    /// Level by level, over world directions.
+    pub levels: Vec<SphereImage>,
+    /// Nine coefficients of irradiance.
+    pub sh: Option<Vec<[f64; 3]>>,
+}
+
+impl Session {
+    /// The light of a glTF file that has one and no geometry; `None` for other files.
+    pub(crate) fn light_of_gltf(
+        &mut self,
+        path: &Path,
+        profile: &'static Profile,
+        layout: Option<FileLayout>,
+    ) -> Result<Option<LightOfGltf>, Error> {
+        // A mesh's document may be larger than that of a light, and may be what is no text.
+        let text = read_text(path, TEXT, "a glTF document beside its images").unwrap_or_default();
+        let document: Value = serde_json::from_str(&text).unwrap_or_default();
+        let lights = &document["extensions"]["EXT_lights_image_based"]["lights"];
+        if !lights.is_array() || document["meshes"].as_array().is_some_and(|m| !m.is_empty()) {
+            return Ok(None);
+        }
+        let held = gltf(path, &Reading { profile, layout }, self)?;
+        Ok(Some(LightOfGltf { levels: held.levels, sh: held.sh }))
+    }
 }
 
 /// A file below the folder of `path`.

@@ -87,7 +87,7 @@ impl Session {
             let (width, height) = (lut.size, lut.size);
             let t = TextureLevels { width, height, faces: 1, levels: vec![texels], metadata: pairs };
             let report = container.write(path, &t, format.unwrap_or(TexelFormat::Rgba32f))?;
-            self.tell_lost(path, report);
+            self.tell_lost(path, report, None);
             return Ok(());
         }
         let plane = |c: usize| lut.values.iter().map(|v| v[c]).collect();

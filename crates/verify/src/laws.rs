@@ -1,7 +1,7 @@
 //! Which kernel a profile expects of each level, and which law the levels of a file follow.
 
 use crate::kernel::{Family, Kernel};
-use steradian_engines::{Curve, ENGINES, Engine};
+use steradian_engines::{CoefficientForm, Curve, ENGINES, Engine};
 use steradian_light::load::{PROFILES, Profile};
 
 /// What a consumer expects of a file.
@@ -13,6 +13,8 @@ pub struct Consumer {
     pub profile: &'static Profile,
     /// What their levels hold.
     pub law: Law,
+    /// What nine coefficients of diffuse light are in them.
+    pub coefficients: CoefficientForm,
 }
 
 /// From levels to kernels.
@@ -29,7 +31,8 @@ impl Consumer {
     /// A profile that writes engines' files, or another tool's convention.
     pub fn find(name: &str) -> Option<Self> {
         if let Some(e) = Engine::find(name) {
-            return Some(Self { name: e.name, profile: e.profile(), law: Law::Roughness(e.curve) });
+            let (profile, law) = (e.profile(), Law::Roughness(e.curve));
+            return Some(Self { name: e.name, profile, law, coefficients: e.coefficients });
         }
         let profile = Profile::find(name)?;
         let law = match profile.name {
@@ -37,7 +40,13 @@ impl Consumer {
             "cmgen" => Law::Roughness(Curve::Sqrt),
             _ => Law::Roughness(Curve::Linear),
         };
-        Some(Self { name: profile.name, profile, law })
+        // cmgen's; no other tool among them writes any.
+        Some(Self { name: profile.name, profile, law, coefficients: CoefficientForm::Polynomial })
+    }
+
+    /// Are the files our own, which say themselves which roughness each level has?
+    pub fn is_own(&self) -> bool {
+        self.profile.name == Profile::own().name
     }
 
     /// Every name.

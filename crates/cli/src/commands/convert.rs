@@ -132,12 +132,13 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if let (Some(path), Some(taken)) = (&o.extract_sun, &done.suns) {
         inputs::write_suns(taken, path, context)?;
     }
-    let ((w, h), layout, report) = (done.size, done.layout.name(), done.report);
+    let ((w, h), layout, report, share) = (done.size, done.layout.name(), done.report, done.share);
     context.report(
         || {
             json!({
                 "output": file_name(&o.output), "layout": layout, "width": w, "height": h,
                 "clipped": report.clipped, "vanished": report.vanished, "lost": report.lost,
+                "share_of_light_clipped": share,
             })
         },
         || [format!("{}: {layout} {w} x {h}", o.output.display())],

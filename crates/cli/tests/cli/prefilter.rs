@@ -137,6 +137,43 @@ fn suns_that_files_cannot_hold_are_kept_or_become_lights() {
     assert!(String::from_utf8_lossy(&o.stdout).contains("DirectionalLight"), "{}", stderr(&o));
 }
 
+/// Chains too; and what is lost is a part of the light.
+#[test]
+fn chains_keep_their_sun_or_give_it_up_to_a_light() {
+    let d = tempfile::tempdir().expect("a folder");
+    let sky = ["convert", "sky:elevation=37", "--size", "256x128", "-o", "sky.exr"];
+    assert_eq!(run(d.path(), &sky).status.code(), Some(0));
+    for (profile, remedy) in [("khronos", "floats"), ("babylon", "floats"), ("bevy", "suns-taken-out")] {
+        let arguments = [
+            "prefilter",
+            "--json",
+            "sky.exr",
+            "--profile",
+            profile,
+            "--size",
+            "128",
+            "--check",
+            "0",
+            "-o",
+            profile,
+        ];
+        let o = run(d.path(), &arguments);
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+        let r: Value = serde_json::from_slice(&o.stdout).expect("JSON");
+        assert_eq!(r["beyond_range"]["remedy"], remedy, "{profile}: {}", r["beyond_range"]);
+        assert!(r["files"].as_array().expect("files").iter().all(|f| f["clipped"] == 0), "{profile}: {r}");
+        let taken = remedy == "suns-taken-out";
+        assert_eq!(d.path().join(profile).join("sky_suns.json").is_file(), taken, "{profile}");
+        assert_eq!(stderr(&o).contains("in sky_suns.json"), taken, "{profile}: {}", stderr(&o));
+    }
+    // Made so small that nothing clips, the map keeps its sun.
+    let r = report(d.path(), &["sky.exr", "--profile", "godot", "--size", "16x8", "-o", "small"]);
+    assert_eq!(r["beyond_range"], Value::Null, "{r}");
+    let o = run(d.path(), &["convert", "sky.exr", "--half", "-o", "half.exr"]);
+    let said = stderr(&o);
+    assert!(said.contains("% of the light is lost") && !said.contains("in sum"), "{said}");
+}
+
 /// A whole chain, as Babylon.js's lookup needs it.
 #[test]
 fn babylon_s_cube_is_a_whole_chain() {

@@ -287,7 +287,7 @@ impl Session {
             self.task.advance(1);
         }
         self.task.end();
-        self.tell_lost(folder, lost);
+        self.tell_lost(folder, lost, None);
         known.sort_by_key(|k| k.0);
         let list = list(s, &stage, &known);
         write_btf(&folder.join("btf.csv"), &list)?;
