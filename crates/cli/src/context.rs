@@ -112,10 +112,20 @@ impl DerefMut for Context {
     }
 }
 
-/// One line on standard error.
-fn say(line: impl std::fmt::Display) {
+/// One line on standard error, which no bar is drawn over.
+fn say(bars: Option<&Bars>, line: impl std::fmt::Display) {
     // Nobody is left to be told when standard error is gone.
-    let _ = writeln!(io::stderr(), "{line}");
+    beside(bars, || {
+        let _ = writeln!(io::stderr(), "{line}");
+    });
+}
+
+/// Does what writes lines, with the bar, where one is shown, out of their way.
+fn beside<R>(bars: Option<&Bars>, write: impl FnOnce() -> R) -> R {
+    match bars {
+        Some(bars) => bars.beside(write),
+        None => write(),
+    }
 }
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -152,11 +162,12 @@ impl Context {
         if let Some(bars) = &bars {
             task = task.with_progress(bars.clone());
         }
-        let quiet = common.quiet;
+        let (quiet, shown) = (common.quiet, bars.clone());
         let mut session =
             Session::new().with_task(task).with_arguments(arguments).with_listener(move |notice| {
                 if !quiet {
-                    say(format_args!("{}{notice}", if notice.is_warning() { "warning: " } else { "" }));
+                    let kind = if notice.is_warning() { "warning: " } else { "" };
+                    say(shown.as_deref(), format_args!("{kind}{notice}"));
                 }
             });
         session.negative = match common.negative {
@@ -184,7 +195,7 @@ impl Context {
     /// One line on standard error, unless `--quiet`.
     pub fn say(&self, line: impl std::fmt::Display) {
         if !self.common.quiet {
-            say(line);
+            say(self.bars(), line);
         }
     }
 
@@ -195,8 +206,10 @@ impl Context {
 
     /// Data on standard output.
     pub fn print(&self, text: &str) -> Outcome {
-        let mut out = io::stdout().lock();
-        let result = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+        let result = beside(self.bars(), || {
+            let mut out = io::stdout().lock();
+            out.write_all(text.as_bytes()).and_then(|()| out.flush())
+        });
         result.map_err(|e| match e.kind() {
             io::ErrorKind::BrokenPipe => Failure::broken_pipe(),
             _ => Failure::failed(format!("standard output: cannot write: {e}")),

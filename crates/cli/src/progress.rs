@@ -40,10 +40,25 @@ impl Bars {
         });
     }
 
-    /// The batch ends.
+    /// The batch ends: its bar stays, full.
     pub fn end_batch(&self) {
-        self.with(|shown| shown.batch = None);
-        self.end();
+        self.with(|shown| {
+            shown.batch = None;
+            if let Some(bar) = shown.bar.take() {
+                bar.set_message("");
+                bar.finish();
+            }
+        });
+    }
+
+    /// Does what writes lines, with the bar out of their way.
+    pub fn beside<R>(&self, write: impl FnOnce() -> R) -> R {
+        let mut bar = None;
+        self.with(|shown| bar.clone_from(&shown.bar));
+        match bar {
+            Some(bar) => bar.suspend(write),
+            None => write(),
+        }
     }
 
     fn with(&self, f: impl FnOnce(&mut Current)) {
@@ -113,8 +128,13 @@ mod tests {
             assert_eq!(state(), Some((Some(3), k as u64, format!("{name}: filter"))));
             bars.end();
         }
+        let mut bar = None;
+        bars.with(|s| bar.clone_from(&s.bar));
+        assert_eq!(bars.beside(|| 7), 7);
         bars.end_batch();
+        assert_eq!(bar.map(|b| (b.position(), b.is_finished())), Some((3, true)));
         assert_eq!(state(), None);
+        assert_eq!(bars.beside(|| 7), 7);
         bars.begin("render", 10);
         bars.advance(50);
         assert_eq!(state(), Some((Some(10), 10, "render".into())));

@@ -195,7 +195,7 @@ fn destinations(o: &Options, job: &Job) -> Outcome {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let jobs = jobs(&o)?;
-    let (several, mut documents, mut missed) = (jobs.len() > 1, Vec::new(), None);
+    let (several, mut documents, mut failures) = (jobs.len() > 1, Vec::new(), Vec::new());
     // What cannot be met is refused before any work.
     for job in &jobs {
         request(&o, job, context)?;
@@ -210,9 +210,20 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
                 bars.next_of_batch(&job.name, k as u64);
             }
         }
-        let (document, miss) = one(&o, job, context)?;
-        documents.push(document);
-        missed = missed.or(miss);
+        match one(&o, job, context) {
+            Ok((document, miss)) => {
+                documents.push(document);
+                let named = |why| if several { format!("{}: {why}", job.environment) } else { why };
+                failures.extend(miss.map(|why| Failure::missed(named(why))));
+            }
+            // One input that cannot be read is no reason to leave the others out.
+            Err(f) if several && !f.message.is_empty() && context.check().is_ok() => {
+                context.say(&f.message);
+                documents.push(json!({"environment": job.environment, "failed": f.message}));
+                failures.push(f);
+            }
+            Err(f) => return Err(f),
+        }
     }
     if let Some(bars) = context.bars().filter(|_| several) {
         bars.end_batch();
@@ -221,7 +232,20 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         let document = if several { json!({ "outputs": documents }) } else { documents.remove(0) };
         context.print_json(document)?;
     }
-    missed.map_or(Ok(()), |why| Err(Failure::missed(why)))
+    all_failures(failures, jobs.len())
+}
+
+/// The failures of `outputs` outputs in one line, with the code of the first.
+fn all_failures(failures: Vec<Failure>, outputs: usize) -> Outcome {
+    let Some(first) = failures.first() else { return Ok(()) };
+    if outputs == 1 {
+        return Err(first.clone());
+    }
+    let (code, count) = (first.code, failures.len());
+    // An input that is damaged fails for every profile alike.
+    let mut whys: Vec<String> = failures.into_iter().map(|f| f.message).collect();
+    whys.dedup();
+    Err(Failure { code, message: format!("{count} of {outputs} outputs failed: {}", whys.join("; ")) })
 }
 
 /// Makes and writes one output; its report, and the miss where its tolerance was missed.

@@ -52,6 +52,31 @@ fn every_input_has_its_files_for_every_consumer() {
     fails(dir, 3, "holds no images", &["prefilter", "lights/*.hdr", "--profile", "raw", "-o", "none"]);
 }
 
+/// A damaged file leaves the others as they are; the first failure's code is the command's.
+#[test]
+fn one_damaged_input_does_not_end_the_batch() {
+    let dir = &folder();
+    let dir = dir.path();
+    well(dir, &["convert", "overcast", "--size", "32x16", "-o", "a.hdr"]);
+    well(dir, &["convert", "studio", "--size", "32x16", "-o", "c.hdr"]);
+    let whole = std::fs::read(dir.join("a.hdr")).expect("a file");
+    std::fs::write(dir.join("b.hdr"), &whole[..whole.len() / 2]).expect("a file");
+    let batch =
+        ["prefilter", "a.hdr", "b.hdr", "c.hdr", "--kernel", "lambert", "--size", "16", "-o", "{}.ktx2"];
+    let (code, _, said) = super::common::said(dir, &batch);
+    assert_eq!(code, Some(3), "{said}");
+    let last = said.lines().last().unwrap_or_default();
+    assert!(last.contains("1 of 3 outputs failed") && last.contains("b.hdr"), "{said}");
+    assert!(dir.join("a.ktx2").is_file() && dir.join("c.ktx2").is_file() && !dir.join("b.ktx2").exists());
+    // The document has a place for every output.
+    let (code, out, _) = super::common::said(dir, &[&batch[..], &["--json", "-q"]].concat());
+    let document: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!((code, document["outputs"].as_array().map(Vec::len)), (Some(3), Some(3)));
+    assert!(document["outputs"][1]["failed"].as_str().is_some_and(|w| w.contains("b.hdr")), "{document}");
+    // One input alone says why, and nothing else.
+    fails(dir, 3, "b.hdr", &["prefilter", "b.hdr", "--kernel", "lambert", "-o", "b.ktx2"]);
+}
+
 #[test]
 fn a_turntable_has_one_exposure() {
     let dir = tempfile::tempdir().expect("a folder");
