@@ -84,9 +84,12 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     } else {
         context.print(&found.text())?;
     }
-    let faults = found.faults();
-    if !faults.is_empty() {
-        return Err(Failure::missed(faults.join("; ")));
+    // What they are is on standard output.
+    let file = found.file.as_deref().unwrap_or_default();
+    match found.faults().len() {
+        0 => {}
+        1 => return Err(Failure::missed(format!("{file}: 1 fault"))),
+        n => return Err(Failure::missed(format!("{file}: {n} faults"))),
     }
     missed.map_or(Ok(()), |m| {
         let (worst, t) = (m.reached, m.asked);

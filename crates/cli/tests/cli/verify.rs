@@ -100,6 +100,14 @@ fn files_that_are_wrong_end_with_code_4() {
     let (code, v) = verify(dir, "good/studio_specular.ktx2", "bevy");
     assert_eq!((code, &v["kinds"]), (Some(4), &serde_json::json!(["turned"])), "{v:#}");
     assert!(sentences(&v).starts_with("every level: mirrored in z"), "{v:#}");
+    // Another light: that alone is said, and on standard error only how much is wrong.
+    done(dir, &["convert", "sky", "-o", "sky.exr", "--to", "latlong", "--size", "64"]);
+    let other = ["verify", "good/studio_specular.ktx2", "-p", "raw", "-e", "sky.exr"];
+    let (code, out, said) = super::common::said(dir, &other);
+    assert_eq!(code, Some(4), "{said}");
+    assert_eq!(out.matches("fault: ").count(), 1, "{out}");
+    assert!(out.contains("fault: not made from this light") && !out.contains("0 texels"), "{out}");
+    assert_eq!(said.lines().last(), Some("steradian: studio_specular.ktx2: 1 fault"), "{said}");
     // Lat-long: upside down.
     let mut image = read_image(&dir.join("studio.exr"), &Limits::default()).unwrap();
     image.metadata.clear();

@@ -140,10 +140,20 @@ fn fault(f: &Fault) -> String {
         Fault::Encoded(Encoding::Decoded) => "linear values were decoded as if they were sRGB's".into(),
         Fault::Encoded(_) => "values are sRGB-encoded where linear ones are expected".into(),
         Fault::Damaged { level, invalid, black } => {
-            format!("level {level}: {invalid} texels are no numbers, {black} are black where light should be")
+            let invalid = (*invalid > 0).then(|| match invalid {
+                1 => "1 texel is no number".to_string(),
+                n => format!("{n} texels are no numbers"),
+            });
+            let black = (*black > 0).then(|| match black {
+                1 => "1 texel is black where light should be".to_string(),
+                n => format!("{n} texels are black where light should be"),
+            });
+            let parts: Vec<String> = invalid.into_iter().chain(black).collect();
+            format!("level {level}: {}", parts.join(", "))
         }
         Fault::Limited { level, limit, texels } => {
-            format!("level {level}: {texels} texels are clipped at {limit}, the largest value of the format")
+            let texels = if *texels == 1 { "1 texel is".into() } else { format!("{texels} texels are") };
+            format!("level {level}: {texels} clipped at {limit}, the largest value of the format")
         }
         Fault::Seams(e) => format!("seams: the texels along the faces' borders are {} off", percent(*e)),
         Fault::Noise(e) => format!("noise of {}", percent(*e)),

@@ -37,7 +37,14 @@ pub fn run(input: &Input<'_>, task: &Task) -> Result<Report, Cancelled> {
         return Ok(report);
     }
     if bench.other_light(task)? {
-        let faults = bench.marks.iter().cloned().chain([Fault::OtherLight]).collect();
+        // That texels are black, or clipped, is said of the light that the file was compared with.
+        let damaged = bench.marks.iter().filter_map(|f| match f {
+            &Fault::Damaged { level, invalid, .. } if invalid > 0 => {
+                Some(Fault::Damaged { level, invalid, black: 0 })
+            }
+            _ => None,
+        });
+        let faults = [Fault::OtherLight].into_iter().chain(damaged).collect();
         return Ok(bench.report(None, faults, None));
     }
     let mut search = Search::new(&bench, task)?;
