@@ -97,12 +97,12 @@ pub struct ExtraLights {
     /// Disk, directional and point lights beside the environment, as --extract-sun writes them; the first two
     /// turn and scale with it
     #[arg(long, value_name = "FILE.json")]
-    sun_lights: Option<PathBuf>,
+    pub sun_lights: Option<PathBuf>,
     /// A light beside the environment: disk:direction=X/Y/Z,angular-radius=DEGREES,irradiance=R/G/B,
     /// directional:direction=X/Y/Z,irradiance=R/G/B or point:position=X/Y/Z,intensity=R/G/B; as it stands,
     /// whatever --rotate and --light-exposure do to the environment
     #[arg(long, value_name = "SPEC", value_parser = Lamp::parse)]
-    light: Vec<Lamp>,
+    pub light: Vec<Lamp>,
     /// Disks and directional lights by the exact reflectance, or folded into the technique's data; the
     /// reference integrates them always
     #[arg(long, value_enum, default_value_t = SunShading::Exact)]

@@ -1,7 +1,7 @@
 //! Inputs by name: light, reflectance, geometry, textures, technique. What a caller names may be any file;
 //! what a scene file names lies below its folder; what a saved bake names is not opened.
 
-use crate::model::complete;
+use crate::scene::complete;
 use crate::{Error, Session};
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};

@@ -35,7 +35,6 @@ pub mod eval;
 pub mod fit;
 #[cfg(any(feature = "gpu", feature = "web"))]
 mod gpu_scene;
-mod ground;
 mod inputs;
 pub mod inspect;
 pub mod irradiance;
@@ -43,7 +42,6 @@ pub mod irradiance;
 pub mod live;
 mod local;
 mod material;
-mod model;
 mod notice;
 mod outputs;
 mod page;
@@ -59,7 +57,6 @@ mod report;
 mod sample;
 mod saved;
 mod scene;
-mod scene_file;
 mod session;
 mod table;
 mod tabulate;
@@ -73,7 +70,6 @@ pub use error::{Error, Kind};
 pub use inputs::{Adjust, DEFAULT_SKY, Method, coefficients, cosine, expand_lights, is_shape, is_sky};
 pub use local::{BakedLocal, Local, LocalRequest};
 pub use material::{Material, Prepared};
-pub use model::{Model, make_tangents};
 pub use notice::Notice;
 pub use outputs::{
     ANIMATION, FRAME_RATE, IMAGES, check_format, check_output, file_name, has_extension, is_animation,
@@ -86,8 +82,10 @@ pub use polynomial::{POLYNOMIALS, PolynomialFacts, PolynomialKind, PolynomialPar
 pub use relief::{HORIZONS, HorizonFacts, HorizonForm, MAX_AZIMUTHS};
 pub use renderer::Renderer;
 pub use saved::light_as_baked;
-pub use scene::{FOV, Scene};
-pub use scene_file::{SceneOverrides, is_scene_file};
+pub use scene::{
+    CameraRequest, FOV, GroundRequest, Model, Scene, SceneOverrides, SceneRequest, SurfaceRequest, is_scene_file,
+    make_tangents,
+};
 pub use session::{Backend, GpuPath, Session, Shadows};
 pub use steradian_base::{Missed, Outcome};
 pub use steradian_relight::polynomial::Basis;

@@ -2,7 +2,7 @@
 
 use crate::inputs::all_finite;
 use crate::inspect::is_lp;
-use crate::scene_file::below;
+use crate::scene::below;
 use crate::{Error, Kind, Session};
 use glam::DVec3;
 use std::path::{Path, PathBuf};

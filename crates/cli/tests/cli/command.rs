@@ -344,8 +344,8 @@ fn a_ground_has_a_technique_of_its_own() {
         let spec = format!("--ground-technique={technique}");
         fails(d.path(), 2, says, &["render", "sphere", "-e", "studio", "--ground", &spec, "-o", "x.png"]);
     };
-    ground("path", "--ground-technique: path shades all of a scene");
-    ground("prt_diffuse:bands=0", "--ground-technique: ");
+    ground("path", "technique of the ground: path shades all of a scene");
+    ground("prt_diffuse:bands=0", "technique of the ground: ");
     ground("no_such", "no_such");
     let alone = ["render", "sphere", "-e", "studio", "--ground-technique=ambient", "-o", "x.png"];
     fails(d.path(), 2, "--ground", &alone);

@@ -8,7 +8,7 @@ pub use lobes::{LobeFacts, MOST_LOBES};
 pub use steradian_relight::height::Pattern;
 
 use crate::inputs::all_finite;
-use crate::scene_file::below;
+use crate::scene::below;
 use crate::{Error, Session};
 use glam::DVec3;
 use std::path::Path;

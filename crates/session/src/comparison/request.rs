@@ -3,9 +3,10 @@
 use super::{Finding, Kept, Sweep, Swept, digest, mark as file_mark};
 use crate::compare::Plan;
 use crate::{
-    Adjust, DEFAULT_SKY, Error, Local, Material, Method, Model, Renderer, Scene, SceneOverrides, Session,
+    Adjust, DEFAULT_SKY, Error, Local, Material, Method, Renderer, Scene, SceneOverrides, Session,
     Shadows, is_scene_file, light_as_baked, make_tangents,
 };
+use crate::scene::{materials, opened};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use steradian_base::ParamValues;
 use steradian_brdf::SharedBrdf;
 use steradian_light::{Lamp, Lights};
 use steradian_render::scenefile::SceneBackground;
-use steradian_render::{Settings, SurfaceMaps, ToneMapper};
+use steradian_render::{Settings, ToneMapper};
 use steradian_techniques::SavedBake;
 use steradian_techniques::direct::Suns;
 
@@ -277,31 +278,24 @@ fn meshes(
     methods: &[Method],
     session: &mut Session,
 ) -> Result<Vec<Case>, Error> {
-    let Model { mut mesh, materials } = session.model(&o.model)?;
+    let mut model = session.model(&o.model)?;
     if o.sweep.is_some() && (o.brdfs.is_empty() || !bakes.is_empty()) {
         return Err(Error::usage(
             "--sweep varies a reflectance or its techniques: give --brdf, and no --bake",
         ));
     }
-    let local = opened(o, session)?.flatten();
+    let local = opened(o.local.as_ref(), session)?.flatten();
     if let Some(local) = &local {
-        local.check_mesh(&mesh, false, &o.model)?;
+        local.check_mesh(&model.mesh, false, &o.model)?;
     }
     if local.as_ref().is_some_and(|l| l.is_textured(false)) {
-        make_tangents(std::slice::from_mut(&mut mesh));
+        make_tangents(std::slice::from_mut(&mut model.mesh));
     }
-    let material = |brdf, params: &ParamValues, base_colour, maps| Material {
-        params: params.clone(),
-        local: local.clone(),
-        base_colour,
-        maps,
-        ..Material::new(brdf)
-    };
+    let usual = Material { local, ..Material::new(session.brdf("lambert")?) };
     let mut sets: Vec<MeshMaterials> = Vec::new();
-    if o.brdfs.is_empty() && !materials.is_empty() {
-        let params = o.params.clone();
-        let own = materials.iter().map(|m| Ok(material(m.brdf()?, &params, m.tint(true), m.maps(true))));
-        let materials = own.collect::<Result<_, Error>>()?;
+    if o.brdfs.is_empty() && !model.materials.is_empty() {
+        let usual = Material { params: o.params.clone(), ..usual };
+        let materials = materials(&model, None, None, &usual, session)?;
         let name = String::from("the file's materials");
         sets.push(MeshMaterials { base: name.clone(), value: None, mark: name.clone(), name, materials });
     } else {
@@ -319,29 +313,26 @@ fn meshes(
                     _ => session.brdf(&spec)?,
                 };
                 bakes.iter().for_each(|file| session.tell_other_brdf(file, &brdf.spec()));
-                let of_file =
-                    materials.iter().map(|m| material(brdf.clone(), &params, m.tint(false), m.maps(false)));
-                let mut all: Vec<_> = of_file.collect();
-                if all.is_empty() {
-                    all.push(material(brdf, &params, None, SurfaceMaps::default()));
-                }
+                let usual = Material { params, ..usual.clone() };
+                let materials = materials(&model, Some(brdf), None, &usual, session)?;
                 let mut name = short(&spec);
                 if let (Some(s), Some(v)) = (o.sweep.as_ref().filter(|s| s.of == Swept::Param), value) {
                     name += &format!(" [{}={v}]", s.key);
                 }
                 let mark = format!("{} {name}", file_mark(&spec));
-                sets.push(MeshMaterials { name, base: short(base), value, mark, materials: all });
+                sets.push(MeshMaterials { name, base: short(base), value, mark, materials });
             }
         }
     }
     for m in sets.iter_mut().flat_map(|s| &mut s.materials) {
         *m = session.open_compared(m.clone(), methods, None)?;
         if !m.planes.is_empty() {
+            let mesh = &mut model.mesh;
             if mesh.uvs.len() != mesh.positions.len() {
                 let why = "has no texture coordinates, which the images of --param need";
                 return Err(Error::usage(format!("{}: {why}", o.model)));
             }
-            make_tangents(std::slice::from_mut(&mut mesh));
+            make_tangents(std::slice::from_mut(mesh));
         }
     }
     let mut out = Vec::new();
@@ -358,7 +349,7 @@ fn meshes(
         };
         o.lights.iter().for_each(|l| l.join(&mut lights));
         for set in &sets {
-            let mut scene = Scene::new(mesh.clone(), set.materials.clone(), lights.clone());
+            let mut scene = Scene::new(model.mesh.clone(), set.materials.clone(), lights.clone());
             scene.background = SceneBackground::Environment(BLUR);
             out.push(Case {
                 environment: short(environment),
@@ -371,12 +362,6 @@ fn meshes(
         }
     }
     Ok(out)
-}
-
-/// The technique for directional and point lights, with what its files hold.
-fn opened(o: &Request, session: &mut Session) -> Result<Option<Option<Local>>, Error> {
-    let open = |local: &Option<Local>| local.as_ref().map(|l| session.open_local(l, None)).transpose();
-    o.local.as_ref().map(open).transpose()
 }
 
 /// The reflectance that a bake names.
@@ -414,7 +399,7 @@ fn scenes(o: &Request, methods: &[Method], session: &mut Session) -> Result<Vec<
             environment: environment.cloned(),
             adjust: o.adjust.clone(),
             method: None,
-            local: opened(o, session)?,
+            local: opened(o.local.as_ref(), session)?,
         };
         let mut scene = session.scene_file(Path::new(&o.model), &overrides)?;
         o.lights.iter().for_each(|l| l.join(&mut scene.lights));

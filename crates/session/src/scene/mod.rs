@@ -1,9 +1,19 @@
 //! Everything that a picture is made of.
 
+mod file;
+mod ground;
+mod model;
+mod request;
+
 use crate::inputs::DEFAULT_SKY;
-use crate::model::complete;
-use crate::{Adjust, Error, Material, Method, Model, Session, ground};
+use crate::{Adjust, Error, Material, Method, Session};
+pub(crate) use file::below;
+pub use file::{SceneOverrides, is_scene_file};
 use glam::Vec3;
+pub use model::{Model, make_tangents};
+pub(crate) use model::complete;
+pub(crate) use request::{materials, opened};
+pub use request::{CameraRequest, GroundRequest, SceneRequest, SurfaceRequest};
 use std::borrow::Cow;
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
@@ -69,20 +79,12 @@ impl Scene {
     /// A mesh file or built-in shape, with `brdf` or else the file's own materials (or a grey one), under an
     /// image or a sky; an empty name is the usual sky.
     pub fn of(mesh: &str, brdf: Option<&str>, light: &str, session: &mut Session) -> Result<Self, Error> {
-        let Model { mesh, materials } = session.model(mesh)?;
-        let given = brdf.map(|spec| session.brdf(spec)).transpose()?;
-        let mut all = Vec::new();
-        for m in &materials {
-            let brdf = given.clone().map_or_else(|| m.brdf(), Ok)?;
-            let maps = m.maps(given.is_none());
-            all.push(Material { base_colour: m.tint(given.is_none()), maps, ..Material::new(brdf) });
-        }
-        if all.is_empty() {
-            let brdf = given.map_or_else(|| session.brdf("lambert:albedo=0.6"), Ok)?;
-            all.push(Material::new(brdf));
-        }
+        let model = session.model(mesh)?;
+        let brdf = brdf.map(|spec| session.brdf(spec)).transpose()?;
+        let usual = Material::new(session.brdf("lambert")?);
+        let materials = materials(&model, brdf, None, &usual, session)?;
         let light = if light.is_empty() { DEFAULT_SKY } else { light };
-        Ok(Self::new(mesh, all, session.light(light, &Adjust::default())?))
+        Ok(Self::new(model.mesh, materials, session.light(light, &Adjust::default())?))
     }
 
     /// The camera, or one that sees the whole mesh, without the ground, with +Y up and [`FOV`].
