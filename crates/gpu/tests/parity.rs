@@ -194,15 +194,11 @@ fn local(t: &dyn AnyLocal, spec: &str, choice: Option<(&'static str, Value)>) ->
     distant.shade(&points.as_points(), &mut Radiance::of(&mut cpu));
     shading.add(None, &points.as_points(), &mut Radiance::of(&mut cpu));
     same(gpu, &cpu, &beside(distant.gpu(), alone.clone()), &points)?;
-    if shadow::knows_shadows(&alone) {
-        let mesh = mesh.ok_or("a mesh")?;
-        let shading =
-            bake.lit(&LocalFrame { lights: &lamps, view: &view, mesh: Some(mesh), shadowed: true })?;
-        let far = lamps.directionals.iter().map(|d| LightAt::Far(light_rotation * d.direction.as_vec3()));
-        let near = lamps.points.iter().map(|p| LightAt::Near(p.position));
-        shadowed(gpu, &*shading, &far.chain(near).collect::<Vec<_>>(), mesh, &points)?;
-    }
-    Ok(())
+    let mesh = mesh.ok_or("a mesh")?;
+    let shading = bake.lit(&LocalFrame { lights: &lamps, view: &view, mesh: Some(mesh), shadowed: true })?;
+    let far = lamps.directionals.iter().map(|d| LightAt::Far(light_rotation * d.direction.as_vec3()));
+    let near = lamps.points.iter().map(|p| LightAt::Near(p.position));
+    shadowed(gpu, &*shading, &far.chain(near).collect::<Vec<_>>(), mesh, &points)
 }
 
 /// The same behind a mesh, by rays and by shadow maps.
@@ -229,6 +225,9 @@ fn shadowed(
         }
         let flat = by.flat().ok_or("no form for GPUs")?;
         let technique = shading.gpu().ok_or("no text for GPUs")?;
+        if !shadow::knows_shadows(&technique) {
+            return Err("its text asks for no shadows".into());
+        }
         same(gpu, &cpu, &shadow::behind(technique, &flat, OFFSET as f32), points)?;
     }
     Ok(())

@@ -7,7 +7,7 @@
 //! error as stated, so that this is hardly ever too small.
 
 use super::errors::{Errors, ProbeSample};
-use super::{Report, Shade};
+use super::{Estimate, Report, Shade};
 use crate::shared::geometry::transport;
 use crate::{BakeError, Geometry, PointsBuf, Radiance};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -61,7 +61,7 @@ struct Vertex<'a> {
 }
 
 impl Paths<'_> {
-    /// What `shade` errs by.
+    /// What `shade` errs by, in the words of a technique that says this of itself.
     pub fn certificate(
         &self,
         slug: &'static str,
@@ -69,6 +69,16 @@ impl Paths<'_> {
         task: &Task,
         shade: Shade<'_>,
     ) -> Result<Certificate, BakeError> {
+        let (errors, noise) = self.errors(slug, task, shade)?;
+        // What techniques compute by elevation is what open sites lose: shadows and interpolation between sites,
+        // which are most of the error, are in the measured belts alone.
+        let estimate = report.estimate.clone().map(|e| Estimate { elevations: Vec::new(), ..e });
+        let report = Report { estimate, ..report.clone() };
+        Ok(errors.certificate(&report).metric(METRIC).detail("noise of the paths", noise))
+    }
+
+    /// What `shade` errs by, and the noise of what it is held against, relative like the errors.
+    pub fn errors(&self, slug: &'static str, task: &Task, shade: Shade<'_>) -> Result<(Errors, f64), BakeError> {
         let sample = self.spots(slug)?;
         let image = self.lights.environment.as_ref().and_then(|e| SphereDistribution::new(&e.image));
         let (mut q, mut views) = (PointsBuf::default(), Vec::new());
@@ -109,7 +119,7 @@ impl Paths<'_> {
         let energy: f64 = samples.iter().map(|l| l.weight * l.exact.iter().map(|x| x * x).sum::<f64>()).sum();
         let noise: f64 = samples.iter().zip(&exact).map(|(l, e)| l.weight * e.1).sum();
         let noise = if energy > 0.0 { (noise / energy).sqrt() } else { 0.0 };
-        Ok(Errors::of(&samples).certificate(report).metric(METRIC).detail("noise of the paths", noise))
+        Ok((Errors::of(&samples), noise))
     }
 }
 
@@ -322,6 +332,7 @@ mod tests {
     use super::*;
     use crate::Sites;
     use std::sync::Arc;
+    use steradian_base::Elevation;
     use steradian_brdf::parse;
     use steradian_scene::{Mesh, shapes};
 
@@ -350,5 +361,22 @@ mod tests {
         assert_eq!(near(shapes::icosphere(3)), SITES);
         let areas = [1.0, 2.0, 1.0, 1e3];
         assert_eq!(evened(&areas), areas);
+    }
+
+    /// A technique that computes next to no error by elevation, and shades a tenth too much, is told so.
+    #[test]
+    fn elevations_are_measured_whatever_was_computed() {
+        let geometry = Geometry::new(Arc::new(shapes::icosphere(3)), Sites::Vertices);
+        let (lights, brdf) = (crate::shared::trials::lights::furnace(), parse("lambert:albedo=0.5").unwrap());
+        let paths =
+            Paths { geometry: &geometry, lights: &lights, brdf: &*brdf, events: 1, points: SITES, projected: false };
+        let tiny = |degrees: f64| Elevation::measured([degrees.to_radians(); 2], 1e-6);
+        let report = Report::estimated(1e-6, vec![tiny(0.0), tiny(80.0)]);
+        let shade = |_: &crate::Points<'_>, out: &mut Radiance<'_>| out.rgb.iter_mut().for_each(|c| c.fill(0.55));
+        let c = paths.certificate("a", &report, &Task::quiet(), &shade).unwrap();
+        for degrees in [5.0f64, 40.0, 70.0] {
+            let error = c.at(degrees.to_radians()).expect("an elevation");
+            assert!((0.08..0.2).contains(&error), "{degrees}: {error}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::shade;
 use super::tables::{Emitter, Params, Seen, Tables};
-use crate::certify::{Report, sites::Paths};
+use crate::certify::sites::Paths;
 use crate::local::{LocalLights, error};
 use crate::shared::trials::lights::three_directionals;
 use crate::{BakeError, Geometry, Material, View};
@@ -182,11 +182,9 @@ fn measured(t: &Tables, m: &Material, g: &Geometry, p: &Params, task: &Task) -> 
     let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
         shade::add(t, &rows, &lights_of_frame, None, q, out);
     };
-    let c = paths.certificate(SLUG, &Report::default(), task, &shade)?;
-    let figure = |name: &str| c.details.iter().find(|d| d.0 == name).map_or(0.0, |d| d.1);
-    let noise = figure("noise of the paths");
+    let (errors, noise) = paths.errors(SLUG, task, &shade)?;
     let without = |error: f64| (error * error - noise * noise).max(0.0).sqrt();
-    Ok([without(c.error), without(figure("error, mean of the probes")), noise])
+    Ok([without(errors.all), without(errors.mean), noise])
 }
 
 /// The measured error; of points by themselves that of the reflectance.

@@ -4,7 +4,7 @@
 use super::PrecomputedVisibility;
 use super::tables::{Emitter, Params, Seen, Tables};
 use crate::direct::Shadows;
-use crate::gpu::{Buffer, Uniform, Value};
+use crate::gpu::{Buffer, Uniform, Value, shadow};
 use crate::local::{self, Light, LocalBaked, LocalFrame, LocalShading, LocalText, PerPoint, arriving};
 use crate::shared::maths::vector::{Axes, dot, tangent};
 use crate::{BakeError, GpuTechnique, Points, Radiance};
@@ -232,7 +232,8 @@ pub(super) fn lit(
     }
     let lights = frame.lights.rows(frame.view);
     let rows = Rows::new(seen, &lights, &b.params);
-    Ok(Box::new(Scattered { tables: b.tables.clone(), rows, lights, certificate: b.certificate.clone() }))
+    let (tables, certificate, shadowed) = (b.tables.clone(), b.certificate.clone(), frame.shadowed);
+    Ok(Box::new(Scattered { tables, rows, lights, shadowed, certificate }))
 }
 
 /// Shading under the lights of a frame.
@@ -240,6 +241,8 @@ struct Scattered {
     tables: Arc<Tables>,
     rows: Rows,
     lights: Vec<Light>,
+    /// Do shadows of the scene stand for the parts of the lights that vertices see?
+    shadowed: bool,
     certificate: Certificate,
 }
 
@@ -250,10 +253,13 @@ impl LocalShading for Scattered {
 
     fn gpu(&self) -> Option<GpuTechnique> {
         let mut text = LocalText::of_model(&*self.tables.brdf)?;
-        let sizes = [self.rows.directions as f32, self.rows.vertices() as f32, 0.0, 0.0];
+        let shadowed = f32::from(u8::from(self.shadowed));
+        let sizes = [self.rows.directions as f32, self.rows.vertices() as f32, shadowed, 0.0];
         text.uniforms.push(Uniform { name: "local_scatter", value: Value::Vec4(sizes) });
         text.buffers.push(Buffer::new("local_rows", self.rows.stride, self.rows.data.clone()));
-        Some(local::run_by(super::SLUG, text, &self.lights, (include_str!("shade.wgsl"), true)))
+        let mut technique = local::run_by(super::SLUG, text, &self.lights, (include_str!("shade.wgsl"), true));
+        technique.modules.push(shadow::OPEN.into());
+        Some(technique)
     }
 
     fn certificate(&self) -> &Certificate {

@@ -1,6 +1,6 @@
 
-// The loop over directional and point lights, of which vertices see a part, and over the directions along which light arrives at
-// them.
+// The loop over directional and point lights, and over the directions along which light arrives at the vertices.
+// Of each light the vertices see a part, or where the scene has shadows of its own, those say it for the point.
 fn local_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site: Site) -> vec3<f32> {
     let frame = transpose(mat3x3<f32>(t, cross(n, t), n));
     let o = frame * wo;
@@ -13,8 +13,16 @@ fn local_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site:
     var sum = vec3<f32>(0.0);
     for (var k = 0u; k < u32(technique.local_count); k++) {
         let light = local_light(k, p);
-        let seen = fetch_local_rows_at(site, 3u * directions + k);
-        if light.there && seen > 0.0 {
+        if !light.there {
+            continue;
+        }
+        var seen = 0.0;
+        if technique.local_scatter.z > 0.0 {
+            seen = light_arriving(p, n, light.d, light.distance);
+        } else {
+            seen = fetch_local_rows_at(site, 3u * directions + k);
+        }
+        if seen > 0.0 {
             sum = clamp(sum + seen * local_f_cos(frame * light.d, o) * light.e, -most, most);
         }
     }

@@ -2,8 +2,10 @@
 
 use super::VertexAnalytic;
 use crate::direct::{Direct, Shadows};
-use crate::gpu::{Buffer, Entry};
-use crate::local::{LocalBaked, LocalFrame, LocalLights, LocalShading, LocalTechnique, PerPoint};
+use crate::gpu::{Buffer, Uniform, Value, shadow};
+use crate::local::{
+    self, Light, LocalBaked, LocalFrame, LocalLights, LocalShading, LocalTechnique, LocalText, PerPoint,
+};
 use crate::{GpuTechnique, Points, PointsBuf, Radiance};
 use glam::{DVec3, Vec3};
 use steradian_base::{Certificate, Evidence};
@@ -16,7 +18,8 @@ pub(super) fn lit(b: &LocalBaked<VertexAnalytic>, frame: &LocalFrame<'_>) -> Box
         let direct = frame.lights.direct(frame.view);
         return Box::new(EveryPoint { direct, brdf, per_point: PerPoint::new(b, frame) });
     };
-    let mut corners = Corners { groups: groups(frame), certificate: b.certificate.clone() };
+    let (lights, certificate) = (frame.lights.rows(frame.view), b.certificate.clone());
+    let mut corners = Corners { groups: groups(frame), lights, certificate };
     let vertices = vertices(mesh, frame.view.eye);
     for g in &mut corners.groups {
         g.at = shaded(&g.direct, &brdf, &vertices);
@@ -57,14 +60,16 @@ struct Group {
 
 /// Radiance of the vertices.
 struct Corners {
+    /// One, or one for each of `lights`, in their order.
     groups: Vec<Group>,
+    lights: Vec<Light>,
     certificate: Certificate,
 }
 
 /// All lights together, or each by itself where shadows will tell them apart.
 fn groups(frame: &LocalFrame<'_>) -> Vec<Group> {
     let group = |lights: LocalLights| Group { direct: lights.direct(frame.view), at: Default::default() };
-    if !frame.shadowed {
+    if !frame.shadowed || frame.lights.is_empty() {
         return vec![group(frame.lights.clone())];
     }
     let directional = |d| LocalLights { directionals: vec![d], ..LocalLights::default() };
@@ -175,17 +180,22 @@ impl LocalShading for Corners {
     }
 
     fn gpu(&self) -> Option<GpuTechnique> {
-        let count = self.groups.first().map_or(0, |g| g.at[0].len());
-        let sum = |c: usize, k: usize| self.groups.iter().map(|g| g.at[c][k]).sum::<f32>();
-        let data = (0..count).flat_map(|k| [sum(0, k), sum(1, k), sum(2, k)]).collect();
-        Some(GpuTechnique {
-            slug: VertexAnalytic::CARD.slug,
-            modules: vec![include_str!("shade.wgsl").into()],
-            entry: Entry { name: "local_radiance", lobe: false, site: true },
+        let (groups, vertices) = (&self.groups, self.groups.first().map_or(0, |g| g.at[0].len()));
+        let corner = |k: usize| groups.iter().flat_map(move |g| [0, 1, 2].map(|c| g.at[c][k]));
+        let number = |name, x: usize| Uniform { name, value: Value::F32(x as f32) };
+        let text = LocalText {
+            module: "".into(),
             tables: Vec::new(),
-            uniforms: Vec::new(),
-            buffers: vec![Buffer::new("local_corners", 3, data)],
-        })
+            uniforms: vec![
+                number("local_groups", groups.len()),
+                number("local_shadowed", usize::from(groups.len() == self.lights.len())),
+            ],
+            buffers: vec![Buffer::new("local_corners", 3 * groups.len(), (0..vertices).flat_map(corner).collect())],
+        };
+        let run = (include_str!("shade.wgsl"), true);
+        let mut technique = local::run_by(VertexAnalytic::CARD.slug, text, &self.lights, run);
+        technique.modules.push(shadow::OPEN.into());
+        Some(technique)
     }
 
     fn certificate(&self) -> &Certificate {
