@@ -22,6 +22,8 @@ pub struct Trial {
     pub error: Option<f64>,
     /// What came of it.
     pub verdict: Verdict,
+    /// What of the material it leaves out, which no error counts.
+    pub left_out: Vec<&'static str>,
 }
 
 /// What came of a technique that might have been chosen.
@@ -41,11 +43,13 @@ pub enum Verdict {
     TooDear,
     /// It was not tried: what was found before errs less than a picture shows.
     Unneeded,
+    /// It was not tried: it leaves out what the material gives, and another does not.
+    LeavesOut,
 }
 
 impl Trial {
     pub(crate) fn new(technique: &'static str) -> Self {
-        Self { technique, seconds: 0.0, error: None, verdict: Verdict::Beaten }
+        Self { technique, seconds: 0.0, error: None, verdict: Verdict::Beaten, left_out: Vec::new() }
     }
 }
 
@@ -60,20 +64,24 @@ impl Verdict {
             Self::Stopped => "stopped",
             Self::TooDear => "too-dear",
             Self::Unneeded => "unneeded",
+            Self::LeavesOut => "leaves-out",
         }
     }
 }
 
 impl Display for Trial {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        let Self { technique, seconds, error, verdict } = self;
+        let Self { technique, seconds, error, verdict, left_out } = self;
         write!(f, "{technique} ")?;
         match verdict {
             Verdict::Taken | Verdict::Beaten => write!(f, "{:.2} %", 100.0 * error.unwrap_or(f64::NAN))?,
             Verdict::Missed(e) => write!(f, "{:.2} %, too large", 100.0 * e)?,
             Verdict::Refused(_) => write!(f, "refuses")?,
             Verdict::Stopped => write!(f, "stopped")?,
-            Verdict::TooDear | Verdict::Unneeded => return Ok(()),
+            Verdict::TooDear | Verdict::Unneeded | Verdict::LeavesOut => return Ok(()),
+        }
+        if !left_out.is_empty() {
+            write!(f, " without {}", left_out.join(" and "))?;
         }
         write!(f, " ({seconds:.1} s)")
     }
@@ -82,15 +90,24 @@ impl Display for Trial {
 impl Display for Choice {
     /// One line: what was tried, and what was not for want of time.
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        let tried = |t: &&Trial| !matches!(t.verdict, Verdict::TooDear | Verdict::Unneeded);
+        let tried =
+            |t: &&Trial| !matches!(t.verdict, Verdict::TooDear | Verdict::Unneeded | Verdict::LeavesOut);
         let list = |l: Vec<String>| l.join(", ");
         write!(f, "chosen in {:.1} processor seconds", self.seconds)?;
         write!(f, " of: {}", list(self.trials.iter().filter(tried).map(Trial::to_string).collect()))?;
-        let dear: Vec<String> = (self.trials.iter().filter(|t| t.verdict == Verdict::TooDear))
-            .map(|t| t.technique.to_string())
-            .collect();
+        let of = |verdict: Verdict| -> Vec<&Trial> {
+            self.trials.iter().filter(|t| t.verdict == verdict).collect()
+        };
+        let names = |l: &[&Trial]| list(l.iter().map(|t| t.technique.to_string()).collect());
+        let dear = of(Verdict::TooDear);
         if !dear.is_empty() {
-            write!(f, "; for want of time not of: {}", list(dear))?;
+            write!(f, "; for want of time not of: {}", names(&dear))?;
+        }
+        let partial = of(Verdict::LeavesOut);
+        if let Some(first) = partial.first() {
+            write!(f, "; not of those that leave out {}", first.left_out.join(" and "))?;
+            let others = partial.iter().any(|t| t.left_out != first.left_out);
+            write!(f, "{}: {}", if others { " or more" } else { "" }, names(&partial))?;
         }
         Ok(())
     }

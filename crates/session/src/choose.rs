@@ -199,15 +199,18 @@ impl Session {
                 best.as_ref().is_some_and(fits)
             };
             let left = BUDGETS[usize::from(!below(VISIBLE))] - spent;
+            let mut trial = Trial::new(t.card().slug);
+            trial.left_out = m.left_out_by(t.varies());
+            let whole = best.as_ref().is_some_and(|c| !c.rank.0);
             let spared = match under.tolerance {
                 None if below(INVISIBLE) => Some(Verdict::Unneeded),
+                _ if whole && !trial.left_out.is_empty() => Some(Verdict::LeavesOut),
                 // Reflectance that takes long to evaluate makes all of them dearer than usual.
                 _ if t.effort() * f64::max(1.0, spent / f64::max(usual, f64::MIN_POSITIVE)) > left => {
                     Some(Verdict::TooDear)
                 }
                 _ => None,
             };
-            let mut trial = Trial::new(t.card().slug);
             let tried = match spared {
                 Some(verdict) => Tried::Unfit(verdict),
                 None => {
@@ -224,6 +227,7 @@ impl Session {
                 Tried::Fits(c) => {
                     trial.error =
                         c.prepared.picture_error.or(c.prepared.certificate.as_ref().map(|c| c.error));
+                    trial.left_out = c.prepared.left_out();
                     let better =
                         |b: &Candidate| b.rank.0.cmp(&c.rank.0).then(b.rank.1.total_cmp(&c.rank.1)).is_le();
                     if !best.as_ref().is_some_and(better) {
@@ -316,7 +320,7 @@ fn grazing(c: &Certificate) -> Option<f64> {
 /// The techniques that take a material, in the order in which they are tried: those made for its reflectance
 /// as they are listed; the cheapest of the others that errs least; then all, the last of the list first,
 /// which err least. Where nothing varies over the surface those made for the reflectance have to be cheap as
-/// well.
+/// well; where something does, those that leave it out come behind the others.
 fn candidates(m: &Material) -> Vec<&'static dyn AnyTechnique> {
     let takes =
         |t: &&'static dyn AnyTechnique| !t.card().needs.sites && (t.card().materials)(&*m.brdf).is_ok();
@@ -331,6 +335,7 @@ fn candidates(m: &Material) -> Vec<&'static dyn AnyTechnique> {
         first.push(any.remove(k));
     }
     first.extend(any);
+    first.sort_by_key(|t| !m.left_out_by(t.varies()).is_empty());
     first
 }
 
@@ -495,6 +500,24 @@ mod tests {
         };
         assert_eq!(of(0.14, 0.7), Some(0.7));
         assert_eq!((of(0.01, 0.05), of(0.6, 0.7)), (None, None));
+    }
+
+    /// Of a material with a map of roughness those techniques alone are baked that take it, once one of them is
+    /// good; the others are named with what they leave out.
+    #[test]
+    fn techniques_that_leave_out_what_the_material_gives_are_not_baked() {
+        let mut session = Session::new();
+        let mut scene = scene(&mut session, "ggx:alpha=0.4,f0=0.9");
+        let plane: Vec<f32> = (0..64).map(|k| 0.05 + 0.02 * (k % 5) as f32).collect();
+        let rough = steradian_render::Texture::new(8, 8, &[plane.clone(), plane.clone(), plane]);
+        scene.materials[0].maps.alpha2 = rough.map(Arc::new);
+        let p = session.render(&scene).expect("renders").even_if_missed().0.materials.remove(0);
+        let choice = p.choice.as_ref().expect("a choice");
+        let leaves_out = |t: &&Trial| t.verdict == Verdict::LeavesOut;
+        assert_eq!((p.method.slug(), p.left_out()), ("split_sum", Vec::<&str>::new()), "{choice}");
+        assert!(choice.trials.iter().filter(leaves_out).count() > 3, "{choice}");
+        assert!(choice.trials.iter().filter(leaves_out).all(|t| t.seconds == 0.0), "{choice}");
+        assert!(choice.to_string().contains("leave out the variation of roughness: "), "{choice}");
     }
 
     /// Mirrors stand for what is as sharp as a mirror, and not for every width of the same model.

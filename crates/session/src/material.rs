@@ -84,6 +84,12 @@ impl Material {
         }
     }
 
+    /// What of its maps a technique leaves out that takes what `varies` says.
+    pub(crate) fn left_out_by(&self, varies: Varies) -> Vec<&'static str> {
+        let maps = &self.maps;
+        varies.left_out(maps.alpha2.is_some(), maps.filters(), maps.colours.is_some())
+    }
+
     /// The same material shaded by `method`.
     pub fn with(&self, method: Method) -> Self {
         Self { method: Some(method), ..self.clone() }
@@ -267,10 +273,8 @@ impl Prepared {
 
     /// What of the material's maps its technique leaves out.
     pub fn left_out(&self) -> Vec<&'static str> {
-        let maps = &self.material.maps;
-        let mut left_out =
-            self.varies.left_out(maps.alpha2.is_some(), maps.filters(), maps.colours.is_some());
-        if self.lit && !maps.is_empty() {
+        let mut left_out = self.material.left_out_by(self.varies);
+        if self.lit && !self.material.maps.is_empty() {
             left_out.push("its maps, but for the mean normal, under lights that no environment holds");
         }
         left_out

@@ -26,6 +26,8 @@ pub trait AnyTechnique: Send + Sync {
     fn self_shadowing(&self, params: &ParamValues) -> bool;
     /// [`Technique::SPACING`].
     fn spacing(&self) -> f32;
+    /// [`Technique::VARIES`].
+    fn varies(&self) -> Varies;
     /// Bakes every factor and links them. Refuses materials that the Card does not take, light that the
     /// technique would have to drop or that [`Lights::check`] does, and missing geometry.
     fn bake(
@@ -163,6 +165,10 @@ impl<T: Technique> AnyTechnique for Erased<T> {
 
     fn spacing(&self) -> f32 {
         T::SPACING
+    }
+
+    fn varies(&self) -> Varies {
+        T::VARIES
     }
 
     fn planes(&self) -> &'static [Plane] {

@@ -129,10 +129,12 @@ pub trait Technique: Send + Sync + 'static {
         let _ = (b, varied);
         None
     }
-    /// What of each point's own lobe ([`Points::lobe`]) shading takes.
+    /// What of each point's own lobe ([`Points::lobe`]) shading takes, of whatever material.
+    const VARIES: Varies = Varies::NONE;
+    /// The same of a bake, at most [`Technique::VARIES`].
     fn varies(b: &Bake<Self>) -> Varies {
         let _ = b;
-        Varies::NONE
+        Self::VARIES
     }
     /// Does shading read textures of its own, at [`Points::uv`] and [`Points::chart`]? Light is then baked
     /// whole, since what is shaded beside a bake has one reflectance everywhere.

@@ -132,9 +132,7 @@ impl Technique for DiffuseMap {
         Some(LightTables { cubes, irradiance: None })
     }
 
-    fn varies(_: &Bake<Self>) -> Varies {
-        Varies::SHAPE
-    }
+    const VARIES: Varies = Varies::SHAPE;
 
     fn gpu_varied(b: &Bake<Self>, f: &LightRotation) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(&b.light.cube, &b.material, f))

@@ -172,6 +172,8 @@ impl Technique for GaussianLobes {
         (b.transfer.bands() == 0).then(|| b.light.tables())
     }
 
+    const VARIES: Varies = Varies { normals: true, ..Varies::NONE };
+
     fn varies(b: &Bake<Self>) -> Varies {
         Varies { normals: widens(b), ..Varies::NONE }
     }

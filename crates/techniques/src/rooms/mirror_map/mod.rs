@@ -133,9 +133,7 @@ impl Technique for MirrorMap {
         (!varied).then_some(LightTables { cubes, irradiance: None })
     }
 
-    fn varies(_: &Bake<Self>) -> Varies {
-        Varies { normals: true, ..Varies::NONE }
-    }
+    const VARIES: Varies = Varies { normals: true, ..Varies::NONE };
 
     fn gpu_varied(b: &Bake<Self>, f: &LightRotation) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(b.light.halves(), &b.linked, f))

@@ -150,9 +150,7 @@ impl Technique for PhongDiffuseMaps {
         (!varied && n >= 1.0).then_some(LightTables { cubes, irradiance: None })
     }
 
-    fn varies(_: &Bake<Self>) -> Varies {
-        Varies::SHAPE
-    }
+    const VARIES: Varies = Varies::SHAPE;
 
     fn gpu_varied(b: &Bake<Self>, f: &LightRotation) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(&b.linked, b.linked.lobes(&b.light, &b.params), f))

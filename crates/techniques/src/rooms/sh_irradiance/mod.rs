@@ -125,9 +125,7 @@ impl Technique for ShIrradiance {
         Some(LightTables { cubes: Vec::new(), irradiance: Some(gain) })
     }
 
-    fn varies(_: &Bake<Self>) -> Varies {
-        Varies::SHAPE
-    }
+    const VARIES: Varies = Varies::SHAPE;
 
     fn gpu_varied(_: &Bake<Self>, f: &Quadric) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(f))

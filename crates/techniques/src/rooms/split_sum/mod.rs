@@ -163,8 +163,10 @@ impl Technique for SplitSum {
         Some(shade::light_tables(&b.light.chain, &b.linked, varied))
     }
 
+    const VARIES: Varies = Varies::ALL;
+
     fn varies(b: &Bake<Self>) -> Varies {
-        if b.linked.stretched.is_some() { Varies::NONE } else { Varies::ALL }
+        if b.linked.stretched.is_some() { Varies::NONE } else { Self::VARIES }
     }
 
     fn gpu_varied(b: &Bake<Self>, f: &(LightRotation, Quadric)) -> Option<GpuTechnique> {
