@@ -9,6 +9,7 @@
 mod advice;
 mod bumps;
 mod forms;
+mod near;
 mod survey;
 mod trials;
 

@@ -49,6 +49,26 @@ fn surfaces_are_seen_to_shadow_and_to_reflect() {
     }
 }
 
+/// What techniques for directional and point lights claim of bumps, and of light and objects that change, holds
+/// at points beside the reflectance itself; a reflectance of each point's own too where it is known.
+#[test]
+fn local_techniques_are_seen_to_keep_their_claims() {
+    let mut measured = 0;
+    for t in locals() {
+        let card = t.card();
+        let of_reflectance = trials::reflectances(card).len();
+        let found = near::columns(*t, &[], None, &steradian_base::Task::quiet()).expect("tried");
+        for ((name, claims), outcome) in COLUMNS.iter().skip(of_reflectance).zip(&found) {
+            let text = format!("{}: {name}: {outcome:?}", card.slug);
+            measured += usize::from(text.contains("% off"));
+            // Pictures, which are not made here, tell of shadows, reflections and data per texel.
+            let pictured = text.contains("no data per texel") || text.contains("around a point");
+            assert!(!claims(&card.capabilities) || pictured || matches!(outcome, Outcome::Holds(_)), "{text}");
+        }
+    }
+    assert!(measured > 25, "{measured}");
+}
+
 /// Choices that make a technique shadow by itself are found.
 #[test]
 fn shadows_by_a_parameter_are_found() {

@@ -1,6 +1,6 @@
 //! Figure 11's columns, tried: a claim counts where it was seen to hold.
 
-use super::{COLUMNS, Chapter, GLOSSY, MATTE, Plan, Row, Stage, shadowing, takes, usual_specimen};
+use super::{COLUMNS, Chapter, GLOSSY, MATTE, Plan, Row, Stage, near, shadowing, takes, usual_specimen};
 use crate::compare::{Answer, Plan as Comparison};
 use crate::{Error, Method, Paths, Renderer, Session};
 use glam::{DVec3, Vec2, Vec3};
@@ -83,7 +83,7 @@ const TOLERANCE: f64 = 1e-2;
 /// How far normals are turned from the surface's, radians: a bump of usual steepness.
 const TILT: f64 = 0.3;
 /// The error with turned normals may be larger than with the surface's own by this factor and this much.
-const BUMPED: [f64; 2] = [1.5, 0.02];
+pub(super) const BUMPED: [f64; 2] = [1.5, 0.02];
 /// Width of the lobe that a point brings with itself, and how far it may be from a bake of that width.
 const OWN_WIDTH: f64 = 0.4;
 const OWN_WIDTH_WITHIN: f64 = 0.05;
@@ -126,7 +126,7 @@ impl Session {
                 None => self.shadows_of_bumps(plan, t, &mut photographs)?,
                 both => both,
             };
-            outcomes.extend(near(t, chapters, scattered));
+            outcomes.extend(near::columns(t, chapters, scattered, &self.task)?);
             rows.push(row(t.card(), outcomes));
         }
         Ok(rows)
@@ -301,33 +301,6 @@ fn moved(t: &dyn AnyTechnique) -> Outcome {
     Outcome::Holds("bakes without a mesh".into())
 }
 
-/// The six other columns of a technique for directional and point lights.
-fn near(t: &'static dyn AnyLocal, chapters: &[Chapter], scattered: Option<[Outcome; 2]>) -> Vec<Outcome> {
-    let slug = t.card().slug;
-    let textured = chapters.iter().filter(|c| c.stage == Stage::Textured).find_map(|c| {
-        let error = c.entries.iter().find(|e| e.card.slug == slug)?.error()?;
-        Some(Outcome::Holds(format!("data per texel change the picture by {:.0} %", 100.0 * error)))
-    });
-    let data = || textured.clone().unwrap_or_else(|| Outcome::Fails("no data per texel".into()));
-    let knows_neither = || Outcome::Fails("knows nothing of the surface around a point".into());
-    let [shadows, bounces] = scattered.unwrap_or_else(|| [knows_neither(), knows_neither()]);
-    let bumps =
-        if t.planes().is_empty() { Outcome::Holds("each point brings its frame".into()) } else { data() };
-    vec![
-        data(),
-        bumps,
-        shadows,
-        bounces,
-        // By construction: tables are made of the reflectance alone, or of the mesh beside it.
-        Outcome::Holds("its bake takes no light".into()),
-        if super::scatters(t) {
-            Outcome::Fails("bakes on the mesh".into())
-        } else {
-            Outcome::Holds("its bake takes no mesh".into())
-        },
-    ]
-}
-
 /// The reference of each reflectance at the points, with the surface's normals and with turned ones.
 type Truths = BTreeMap<String, [Vec<[f64; 3]>; 2]>;
 
@@ -451,7 +424,7 @@ impl Shaded {
 }
 
 /// Normals spread over the sphere, views up to 70 degrees off them.
-fn points() -> Vec<ReferencePoint> {
+pub(super) fn points() -> Vec<ReferencePoint> {
     let one = |k: usize| {
         let u = |by: f64| ((k as f64 + 0.5) * by).fract();
         let (y, phi) = (1.0 - 2.0 * (k as f64 + 0.5) / POINTS as f64, TAU * u(0.618_033_989));
@@ -466,7 +439,7 @@ fn points() -> Vec<ReferencePoint> {
 }
 
 /// The normal turned by [`TILT`] towards the view, so that it stays above the horizon.
-fn tilted(p: &ReferencePoint) -> ReferencePoint {
+pub(super) fn tilted(p: &ReferencePoint) -> ReferencePoint {
     let across = (p.wo - p.wo.dot(p.frame.n) * p.frame.n).try_normalize().unwrap_or(p.frame.t);
     let (s, c) = TILT.sin_cos();
     let n = p.frame.n * c + across * s;

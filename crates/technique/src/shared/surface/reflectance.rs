@@ -28,6 +28,11 @@ impl TexelReflectance {
         Some(Self(Numbers::Widths(m.brdf.clone(), widths.clone())))
     }
 
+    /// Does it read the images of this parameter?
+    pub fn reads(parameter: &str) -> bool {
+        parameter == view_table::PLANE || cosine_lobes::PLANES.iter().any(|p| p.name == parameter)
+    }
+
     /// The reflectance at texture coordinates, of no footprint: between texels with the numbers that stand
     /// there.
     pub fn at(&self, uv: [f32; 2]) -> SharedBrdf {
