@@ -214,9 +214,31 @@ impl Session {
                     "--lookup belongs to --technique reference; techniques fix their own lookup",
                 ));
             }
-            Method::Technique(t) => baked(*t, request, points, self)?,
+            Method::Technique(t) => {
+                let answers = baked(*t, request, points, self)?;
+                if t.needs_sites(&request.params) {
+                    self.tell_dark(&answers, points);
+                }
+                answers
+            }
             Method::File(file) => saved(file, points)?,
         })
+    }
+}
+
+impl Session {
+    /// Tells of points that face their viewer and get nothing of the light that techniques with sites let
+    /// through.
+    fn tell_dark(&self, answers: &Answers, q: &Points) {
+        let dark = |i: &usize| answers.rows[*i].0 == [0.0; 3] && q.n[*i].dot(q.wo[*i]) > 0.0;
+        let mut all = (0..answers.rows.len()).filter(dark);
+        if let Some(first) = all.next() {
+            let (n, of) = (1 + all.count(), answers.rows.len());
+            self.warn(
+                "points",
+                format_args!("{n} of {of} get no light, the first is point {first}: do they lie inside the solid?"),
+            );
+        }
     }
 }
 

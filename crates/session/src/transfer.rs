@@ -131,7 +131,7 @@ impl Session {
         let (mesh, albedo) = self.reflecting(request)?;
         let settings = Settings { albedo, ..request.settings.clone() };
         let scene = Scene::new(&mesh).map_err(|e| Error::input(format!("{}: {e}", request.mesh)))?;
-        let (sites, kind) = places(&request.places, &mesh, &request.mesh)?;
+        let (sites, kind) = places(&request.places, &mesh, &request.mesh, self)?;
         let store = match &request.output {
             Some(path) => Some(Store::open(path, &key(&scene, &sites, &settings))?),
             None => None,
@@ -270,7 +270,7 @@ impl Session {
     }
 }
 
-fn places(places: &Places, mesh: &Mesh, name: &str) -> Result<(Vec<Site>, String), Error> {
+fn places(places: &Places, mesh: &Mesh, name: &str, session: &Session) -> Result<(Vec<Site>, String), Error> {
     Ok(match places {
         Places::Vertices => (Site::vertices(mesh), "vertices".into()),
         Places::Points(sites) => (sites.clone(), "points".into()),
@@ -279,11 +279,20 @@ fn places(places: &Places, mesh: &Mesh, name: &str) -> Result<(Vec<Site>, String
                 return Err(Error::input(format!("{name}: has no texture coordinates for an atlas")));
             }
             let (sites, atlas) = Site::texels(mesh, *w, *h);
-            if atlas.overlapping + atlas.missing > 0 {
+            if !atlas.is_whole() {
                 return Err(Error::input(format!(
-                    "{name}: no atlas of {w} x {h}: {} texels are in more than one triangle, {} triangles have none",
-                    atlas.overlapping, atlas.missing
+                    "{name}: no atlas of {w} x {h}: {} texels are in more than one triangle, {} triangles ({:.1} % of the \
+                     surface) have none",
+                    atlas.overlapping,
+                    atlas.missing,
+                    100.0 * atlas.missing_area
                 )));
+            }
+            if atlas.missing > 0 {
+                session.say(format_args!(
+                    "{name}: {} triangles are smaller than a texel, and have the one about their middle",
+                    atlas.missing
+                ));
             }
             (sites, format!("texels {w}x{h}"))
         }

@@ -44,7 +44,7 @@ impl MeshReport {
         };
         note(self.degenerate, "triangles without area were dropped");
         note(self.unreferenced, "vertices belong to no triangle");
-        note(self.repaired_normals, "normals were zero and were made again");
+        note(self.repaired_normals, "normals were zero or not finite and were made again");
         out
     }
 }

@@ -126,6 +126,10 @@ fn known(saved: &Saved, mesh: &Mesh, settings: &Settings) -> Result<Transfer, St
     }
     if t.bounces != settings.bounces {
         let has = format!("the transfer given has {} scattering events", t.bounces);
+        if settings.matrices {
+            let why = "this technique lets the reflectance change, which reflections between surfaces hold";
+            return Err(format!("{has}, and {why}: transfer without --bounces, or prt_diffuse"));
+        }
         return Err(format!("{has}, not the {} of the parameter bounces", settings.bounces));
     }
     let slots = 0..=mesh.materials.iter().copied().max().unwrap_or(0) as usize;

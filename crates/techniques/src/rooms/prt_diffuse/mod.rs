@@ -43,7 +43,11 @@ pub struct PrtDiffuse;
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
     match brdf.form() {
         Form::Lambert { .. } => Ok(()),
-        _ => Err(format!("takes lambert only, not {}", brdf.info().name)),
+        _ => Err(format!(
+            "takes lambert only, not {}: what surfaces reflect to each other holds one reflectance (prt_glossy and \
+             prt_brdf take others, without reflections)",
+            brdf.info().name
+        )),
     }
 }
 
