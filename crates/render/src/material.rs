@@ -1,12 +1,15 @@
 //! What a mesh file says of a material, as one reflectance and the textures that vary it.
 //!
 //! glTF's metallic-roughness becomes `dielectric`: a GGX layer over a diffuse base, whose albedo, f0 and
-//! alpha vary by texel ([`Colours::metallic`]); a material that is metal everywhere becomes `ggx`, and one of
-//! OBJ `lambert`, times its base colour. What is left out is said in words, never silently.
+//! alpha vary by texel ([`Colours::metallic`]), and whose f0 is that of KHR_materials_ior and _specular; a
+//! material that is metal everywhere becomes `ggx`, with two widths where KHR_materials_anisotropy says so,
+//! and one of OBJ `lambert`, times its base colour. Sheen (KHR_materials_sheen) is a layer, and no
+//! reflectance of ours is one over another: over a black base that reflects nothing it is `charlie`. What is
+//! left out is said in words, never silently.
 
 use std::sync::Arc;
 use steradian_brdf::{SharedBrdf, SpecError, parse};
-use steradian_formats::mesh::{MaterialData, TextureRef, TextureSource};
+use steradian_formats::mesh::{Anisotropy, MaterialData, Sheen, TextureRef, TextureSource};
 use steradian_formats::{FormatError, Limits, Raster};
 use steradian_scene::surface::{self, Colours, NormalMap, SurfaceMaps, Texture};
 
@@ -18,7 +21,7 @@ pub struct FileMaterial {
     /// The spec of the reflectance that it is taken as, of the means of all that varies.
     pub spec: String,
     /// What was left out, in words; empty where nothing was.
-    pub left_out: Vec<&'static str>,
+    pub left_out: Vec<String>,
     /// Base colour; `None` where the file's is white.
     pub base_colour: Option<Arc<Texture>>,
     /// Normals.
@@ -35,8 +38,11 @@ pub struct FileMaterial {
 
 /// Smallest alpha of metals and layers: files say 0 for a polish that no light is sharp enough for.
 pub const MIN_ALPHA: f32 = 0.02;
-/// Reflectance of glTF's dielectric at normal incidence, index 1.5 (glTF 2.0, 3.9.6 and B.2).
-const DIELECTRIC: f32 = 0.04;
+/// Smallest perceptual roughness of sheen: that of the least alpha of `charlie`.
+const MIN_SHEEN: f32 = 0.1;
+/// Rotations of an anisotropic highlight off the tangent or the bitangent by less than this count as none,
+/// radians.
+const ALONG: f32 = 0.01;
 
 impl FileMaterial {
     /// Reads a material's textures.
@@ -46,23 +52,44 @@ impl FileMaterial {
         let metallic = metallic(m, roughness.as_ref());
         let base = base_colour(m, textures, limits)?;
         let colours = match (&metallic, m.phong) {
-            (Some(metallic), None) => Some(Colours::metallic(&base, metallic, DIELECTRIC)),
+            (Some(metallic), None) => Some(Colours::metallic(&base, metallic, m.dielectric_f0)),
             _ => None,
         };
-        let spec = match (&colours, m.phong) {
-            (_, Some(_)) => "lambert".into(),
-            (Some(c), None) => {
+        let alpha2 = roughness.filter(|_| m.phong.is_none()).and_then(|r| alpha2(m, &r));
+        // Nothing but the sheen reflects.
+        let black = match &colours {
+            Some(c) => c.albedo.mean() == [0.0; 3] && c.f0.mean() == [0.0; 3],
+            None => base.mean() == [0.0; 3],
+        };
+        let sheen = m.sheen.filter(|_| black && m.phong.is_none());
+        let widths = m.anisotropy.filter(|_| colours.is_none() && alpha2.is_none() && sheen.is_none());
+        let widths = widths.and_then(|a| widths_of(a, alpha));
+        let spec = match (&colours, m.phong, sheen, widths) {
+            (_, Some(_), ..) => "lambert".into(),
+            (_, _, Some(Sheen { color, perceptual_roughness: r }), _) => {
+                format!("charlie:alpha={:.3},color={}", r.max(MIN_SHEEN).powi(2), triple(color))
+            }
+            (Some(c), ..) => {
                 let [f0, albedo] = [&c.f0, &c.albedo].map(|t| triple(t.mean()));
                 format!("dielectric:alpha={alpha:.3},f0={f0},albedo={albedo}")
             }
-            (None, None) => format!("ggx:alpha={alpha:.3}"),
+            (.., Some([ax, ay])) => format!("ggx:ax={ax:.3},ay={ay:.3}"),
+            (None, ..) => format!("ggx:alpha={alpha:.3}"),
         };
         let colours = colours.filter(|c| c.albedo.size() != (1, 1) || c.f0.size() != (1, 1));
-        let alpha2 = roughness.filter(|_| m.phong.is_none()).and_then(|r| alpha2(m, &r));
+        let colours = colours.filter(|_| sheen.is_none());
+        let alpha2 = alpha2.filter(|_| sheen.is_none());
+        let mut left_out = left_out(m);
+        let extensions = [
+            (m.anisotropy.is_some() && widths.is_none(), "KHR_materials_anisotropy"),
+            (m.sheen.is_some() && sheen.is_none(), "KHR_materials_sheen"),
+        ];
+        left_out.extend(extensions.into_iter().filter(|e| e.0).map(|e| e.1.to_string()));
+        left_out.extend(m.unread.iter().cloned());
         Ok(Self {
             name: m.name.clone(),
             spec,
-            left_out: left_out(m),
+            left_out,
             base_colour: (!base.is_white()).then(|| Arc::new(base)),
             normal: normal(m, textures, limits)?.map(Arc::new),
             alpha2: alpha2.map(Arc::new),
@@ -86,13 +113,18 @@ impl FileMaterial {
     /// What multiplies the reflected radiance: occlusion, and the base colour but where the material's `own`
     /// reflectance has it in its layers.
     pub fn tint(&self, own: bool) -> Option<Arc<Texture>> {
-        let layered = own && self.spec.starts_with("dielectric:");
+        let layered = own && self.is_coloured();
         match (self.base_colour.as_ref().filter(|_| !layered), &self.occlusion) {
             (Some(base), Some(occlusion)) => {
                 Some(Arc::new(base.joined(occlusion, |a, b| std::array::from_fn(|k| a[k] * b[k]))))
             }
             (one, other) => one.or(other.as_ref()).cloned(),
         }
+    }
+
+    /// Does the reflectance itself hold the base colour, so that it is no factor?
+    fn is_coloured(&self) -> bool {
+        ["dielectric:", "charlie:"].iter().any(|name| self.spec.starts_with(name))
     }
 
     /// The reflectance that [`FileMaterial::spec`] says.
@@ -102,8 +134,8 @@ impl FileMaterial {
 
     /// What was assumed, in one line.
     pub fn assumed(&self) -> String {
-        let layered = self.spec.starts_with("dielectric:");
-        let times = if self.base_colour.is_some() && !layered { " times its base colour" } else { "" };
+        let times =
+            if self.base_colour.is_some() && !self.is_coloured() { " times its base colour" } else { "" };
         let maps = [
             (self.colours.is_some(), "base colour and metalness"),
             (self.normal.is_some(), "normal"),
@@ -115,7 +147,7 @@ impl FileMaterial {
         let with = if maps.is_empty() { String::new() } else { format!(", with its {}", listed(&maps)) };
         let without = match self.left_out.as_slice() {
             [] => String::new(),
-            all => format!(", without {}", listed(all)),
+            all => format!(", without {}", listed(&all.iter().map(String::as_str).collect::<Vec<_>>())),
         };
         format!("material '{}' taken as {}{times}{with}{without}", self.name, self.spec)
     }
@@ -131,7 +163,7 @@ fn listed(words: &[&str]) -> String {
 }
 
 /// What the material says that is not shown.
-fn left_out(m: &MaterialData) -> Vec<&'static str> {
+fn left_out(m: &MaterialData) -> Vec<String> {
     let first = m.base_color_texture.or(m.normal_texture).or(m.metallic_roughness_texture);
     let place = |r: TextureRef| (r.offset, r.rotation, r.scale);
     let elsewhere = |r: &Option<TextureRef>| r.is_some_and(|r| first.is_some_and(|f| place(f) != place(r)));
@@ -143,7 +175,19 @@ fn left_out(m: &MaterialData) -> Vec<&'static str> {
         (elsewhere(&m.emissive_texture), "the placement of its emission map"),
         (m.base_color[3] < 1.0 || m.alpha_cutoff.is_some(), "transparency"),
     ];
-    all.into_iter().filter(|l| l.0).map(|l| l.1).collect()
+    all.into_iter().filter(|l| l.0).map(|l| l.1.into()).collect()
+}
+
+/// Widths along tangent and bitangent (KHR_materials_anisotropy): along its direction alpha becomes alpha +
+/// s² (1 − alpha). `None` where the direction is neither of both.
+fn widths_of(a: Anisotropy, alpha: f64) -> Option<[f64; 2]> {
+    let along = alpha + f64::from(a.strength).powi(2) * (1.0 - alpha);
+    let (sin, cos) = a.rotation.sin_cos();
+    match (sin.abs() < ALONG, cos.abs() < ALONG) {
+        (true, _) => Some([along, alpha]),
+        (_, true) => Some([alpha, along]),
+        _ => None,
+    }
 }
 
 /// r/g/b with four digits.
@@ -268,6 +312,7 @@ fn occlusion(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use steradian_formats::mesh::DIELECTRIC_F0;
 
     fn read(m: MaterialData) -> FileMaterial {
         FileMaterial::read(&m, &[], &Limits::default()).expect("nothing to decode")
@@ -297,10 +342,10 @@ mod tests {
         let plane = |a: f32, b: f32| vec![a, b];
         let metallic =
             Texture::new(2, 1, &[plane(0.0, 1.0), plane(0.0, 1.0), plane(0.0, 1.0)]).expect("two texels");
-        let c = Colours::metallic(&Texture::constant([0.8, 0.5, 0.2]), &metallic, DIELECTRIC);
+        let c = Colours::metallic(&Texture::constant([0.8, 0.5, 0.2]), &metallic, [DIELECTRIC_F0; 3]);
         assert_eq!(c.albedo.sample(0.25, 0.5, 0.0), [0.8, 0.5, 0.2]);
         assert_eq!(c.albedo.sample(0.75, 0.5, 0.0), [0.0; 3]);
-        assert_eq!(c.f0.sample(0.25, 0.5, 0.0), [DIELECTRIC; 3]);
+        assert_eq!(c.f0.sample(0.25, 0.5, 0.0), [DIELECTRIC_F0; 3]);
         assert_eq!(c.f0.sample(0.75, 0.5, 0.0), [0.8, 0.5, 0.2]);
         let mean = c.f0.mean();
         assert!((mean[1] - 0.27).abs() < 1e-6, "{mean:?}");
@@ -317,5 +362,57 @@ mod tests {
         let m = read(m);
         assert_eq!(m.spec, "ggx:alpha=0.020");
         assert_eq!(m.base_colour.map(|t| t.size()), Some((1, 1)));
+    }
+
+    #[test]
+    fn highlights_of_metals_have_two_widths() {
+        let metal = |strength, rotation| MaterialData {
+            perceptual_roughness: 0.5,
+            anisotropy: Some(Anisotropy { strength, rotation }),
+            ..MaterialData::default()
+        };
+        // 0.25 + 0.36 (1 − 0.25)
+        let m = read(metal(0.6, 0.0));
+        assert_eq!((m.spec.as_str(), m.left_out.len()), ("ggx:ax=0.520,ay=0.250", 0));
+        assert!(m.brdf().is_ok());
+        assert_eq!(read(metal(0.6, std::f32::consts::FRAC_PI_2)).spec, "ggx:ax=0.250,ay=0.520");
+        assert_eq!(read(metal(0.6, std::f32::consts::PI)).spec, "ggx:ax=0.520,ay=0.250");
+        // No width of ours lies between tangent and bitangent, and no layer has two.
+        let m = read(metal(0.6, 0.7));
+        assert_eq!(
+            (m.spec.as_str(), m.left_out),
+            ("ggx:alpha=0.250", vec!["KHR_materials_anisotropy".into()])
+        );
+        let m = read(MaterialData { metallic: 0.0, ..metal(0.6, 0.0) });
+        assert!(
+            m.spec.starts_with("dielectric:") && m.left_out == ["KHR_materials_anisotropy"],
+            "{}",
+            m.spec
+        );
+    }
+
+    #[test]
+    fn layers_reflect_as_their_index_says() {
+        let m =
+            read(MaterialData { metallic: 0.0, dielectric_f0: [0.1, 0.2, 0.3], ..MaterialData::default() });
+        assert!(m.spec.contains("f0=0.1000/0.2000/0.3000"), "{}", m.spec);
+    }
+
+    #[test]
+    fn sheen_alone_is_charlie_and_over_something_is_left_out() {
+        let cloth = MaterialData {
+            base_color: [0.0, 0.0, 0.0, 1.0],
+            metallic: 0.0,
+            dielectric_f0: [0.0; 3],
+            sheen: Some(Sheen { color: [0.9, 0.5, 0.1], perceptual_roughness: 0.5 }),
+            unread: vec!["KHR_materials_clearcoat".into()],
+            ..MaterialData::default()
+        };
+        let m = read(cloth.clone());
+        assert_eq!(m.spec, "charlie:alpha=0.250,color=0.9000/0.5000/0.1000");
+        assert!(m.brdf().is_ok() && m.tint(true).is_none() && m.left_out == ["KHR_materials_clearcoat"]);
+        let m = read(MaterialData { base_color: [0.5, 0.5, 0.5, 1.0], ..cloth });
+        assert!(m.spec.starts_with("dielectric:"), "{}", m.spec);
+        assert!(m.assumed().ends_with("without KHR_materials_sheen and KHR_materials_clearcoat"));
     }
 }

@@ -72,6 +72,14 @@ pub struct MaterialData {
     pub alpha_cutoff: Option<f32>,
     /// Is the back shaded too?
     pub double_sided: bool,
+    /// Reflectance at normal incidence of what is no metal.
+    pub dielectric_f0: [f32; 3],
+    /// Anisotropy of the highlight.
+    pub anisotropy: Option<Anisotropy>,
+    /// A layer of fibres over the rest.
+    pub sheen: Option<Sheen>,
+    /// What the file says of the material that has no place here: names of extensions, or of parts of them.
+    pub unread: Vec<String>,
     /// OBJ's specular colour Ks and exponent Ns; `None` where the material is physically based.
     pub phong: Option<([f32; 3], f32)>,
 }
@@ -94,9 +102,34 @@ impl Default for MaterialData {
             emissive_texture: None,
             alpha_cutoff: None,
             double_sided: false,
+            dielectric_f0: [DIELECTRIC_F0; 3],
+            anisotropy: None,
+            sheen: None,
+            unread: Vec::new(),
             phong: None,
         }
     }
+}
+
+/// Reflectance of glTF's dielectric at normal incidence, index 1.5 (glTF 2.0, 3.9.6 and B.2).
+pub const DIELECTRIC_F0: f32 = 0.04;
+
+/// A highlight that is wider along one direction (KHR_materials_anisotropy).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Anisotropy {
+    /// 0 … 1: along the direction alpha becomes alpha + strength² (1 − alpha).
+    pub strength: f32,
+    /// From the tangent to the direction, radians, counter-clockwise.
+    pub rotation: f32,
+}
+
+/// Charlie sheen (KHR_materials_sheen).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sheen {
+    /// Its colour, linear.
+    pub color: [f32; 3],
+    /// Its perceptual roughness (alpha is its square).
+    pub perceptual_roughness: f32,
 }
 
 /// How a material uses an image.

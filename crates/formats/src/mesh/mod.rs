@@ -11,7 +11,9 @@ mod ply;
 mod source;
 mod triangulate;
 
-pub use data::{MaterialData, MeshData, Part, TextureRef, TextureSource, Wrap};
+pub use data::{
+    Anisotropy, DIELECTRIC_F0, MaterialData, MeshData, Part, Sheen, TextureRef, TextureSource, Wrap,
+};
 
 use crate::image::read_bytes;
 use crate::{FormatError, Limits};

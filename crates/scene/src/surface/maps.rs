@@ -54,11 +54,14 @@ pub struct Colours {
 impl Colours {
     /// The colours of glTF 2.0 (B.2) by base colour and metalness of the same texels: albedo = (1 − m) c,
     /// f0 = (1 − m) `dielectric` + m c.
-    pub fn metallic(base: &Texture, metallic: &Texture, dielectric: f32) -> Self {
-        let mix = |f: &dyn Fn(f32, f32) -> f32| {
-            Arc::new(base.joined(metallic, |c, m| std::array::from_fn(|k| f(c[k], m[k].clamp(0.0, 1.0)))))
+    pub fn metallic(base: &Texture, metallic: &Texture, dielectric: [f32; 3]) -> Self {
+        let mix = |f: &dyn Fn(f32, f32, f32) -> f32| {
+            let texel = |c: [f32; 3], m: [f32; 3]| {
+                std::array::from_fn(|k| f(c[k], m[k].clamp(0.0, 1.0), dielectric[k]))
+            };
+            Arc::new(base.joined(metallic, texel))
         };
-        Self { albedo: mix(&|c, m| (1.0 - m) * c), f0: mix(&|c, m| (1.0 - m) * dielectric + m * c) }
+        Self { albedo: mix(&|c, m, _| (1.0 - m) * c), f0: mix(&|c, m, f0| (1.0 - m) * f0 + m * c) }
     }
 }
 

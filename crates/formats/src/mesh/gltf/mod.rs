@@ -2,8 +2,10 @@
 //! is checked where it is used, and nothing outside the file's folder is opened.
 //!
 //! Node transforms are applied; a mesh that several nodes show comes several times. Extensions understood:
-//! KHR_mesh_quantization, KHR_texture_transform, KHR_materials_emissive_strength; other material and light
-//! extensions are not needed for the geometry and are ignored, compressed geometry is refused.
+//! KHR_mesh_quantization, KHR_texture_transform, KHR_materials_emissive_strength, _ior, _specular,
+//! _anisotropy and _sheen; other extensions of materials are named in
+//! [`MaterialData::unread`](super::MaterialData::unread), those of lights are ignored, compressed geometry is
+//! refused.
 
 mod accessor;
 mod buffers;
@@ -102,6 +104,47 @@ mod tests {
         let data = read_json(json.as_bytes(), None, &mut source).unwrap();
         assert_eq!(data.parts[0].triangles, [[0, 1, 2]]);
         source.notes()
+    }
+
+    fn material(extensions: &str) -> crate::mesh::MaterialData {
+        let json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"materials":[{{"name":"m","extensions":{{{extensions}}}}}]}}"#
+        );
+        let mut source = Source::new(Path::new("a.gltf"), None, json.len(), &Limits::default());
+        let root: Root = serde_json::from_str(&json).unwrap();
+        materials::material(&root, &root.materials[0], &mut source).unwrap().0
+    }
+
+    #[test]
+    fn extensions_of_materials_are_read_or_named() {
+        let m = material("");
+        assert_eq!((m.dielectric_f0, m.anisotropy, m.sheen), ([0.04; 3], None, None));
+        assert!(m.unread.is_empty());
+        // Diamond.
+        let m = material(r#""KHR_materials_ior":{"ior":2.42}"#);
+        assert!((m.dielectric_f0[0] - 0.1724).abs() < 1e-4, "{:?}", m.dielectric_f0);
+        assert_eq!(material(r#""KHR_materials_ior":{"ior":0}"#).dielectric_f0, [1.0; 3]);
+        let m = material(
+            r#""KHR_materials_specular":{"specularFactor":0.5,"specularColorFactor":[1,2,50],
+            "specularTexture":{"index":0}}"#,
+        );
+        let want = [0.02, 0.04, 0.5];
+        assert!(m.dielectric_f0.iter().zip(want).all(|(a, b): (&f32, f32)| (a - b).abs() < 1e-6), "{m:?}");
+        assert_eq!(
+            m.unread,
+            ["the textures of KHR_materials_specular", "KHR_materials_specular at grazing angles"]
+        );
+        let m = material(
+            r#""KHR_materials_anisotropy":{"anisotropyStrength":0.6,"anisotropyRotation":1.57},
+            "KHR_materials_sheen":{"sheenColorFactor":[0.9,0.5,0.1],"sheenRoughnessFactor":0.4},
+            "KHR_materials_clearcoat":{"clearcoatFactor":1}"#,
+        );
+        assert_eq!(m.anisotropy.map(|a| (a.strength, a.rotation)), Some((0.6, 1.57)));
+        assert_eq!(m.sheen.map(|s| (s.color, s.perceptual_roughness)), Some(([0.9, 0.5, 0.1], 0.4)));
+        assert_eq!(m.unread, ["KHR_materials_clearcoat"]);
+        // What is no number, or none that can be, is what the specification has by default.
+        let m = material(r#""KHR_materials_ior":{"ior":"x"},"KHR_materials_sheen":7"#);
+        assert_eq!((m.dielectric_f0, m.sheen), ([0.04; 3], None));
     }
 
     #[test]
