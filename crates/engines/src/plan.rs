@@ -46,6 +46,8 @@ impl Kernel {
 
 /// A kernel of the family `name` at a perceptual roughness.
 pub(crate) fn microfacet(name: &str, r: f64) -> Filter {
+    // Charlie's lobe ends at a width, which is what its level holds and its file says.
+    let r = if name == "charlie" { r.max(Lobe::LEAST_CHARLIE.sqrt()) } else { r };
     let alpha = r * r;
     let lobe = match name {
         "charlie" => Some(Lobe::charlie(alpha)),

@@ -65,6 +65,10 @@ fn shape(text: &str) -> Result<Shape, String> {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    if o.output.is_dir() || o.output.as_os_str().to_string_lossy().ends_with('/') {
+        let why = "is a folder: name files in it, such as {}.safetensors, where {} stands for the material";
+        return Err(Failure::usage(format!("{}: {why}", o.output.display())));
+    }
     check_output(&o.output, &["safetensors"])?;
     let mut specs = Vec::new();
     for input in &o.input {

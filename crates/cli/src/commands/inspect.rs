@@ -15,7 +15,8 @@ use steradian_session::{IMAGES, check_output};
 pub struct Options {
     /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), transfer or
     /// probes (.safetensors), polynomial texture map (.ptm), light positions of photographs (.lp), pictures
-    /// of a bidirectional texture function (.csv), brdf:SPEC, or brdf: for the list of models
+    /// of a bidirectional texture function (.csv), what lies beside an engine's maps (.gltf with a light,
+    /// lights as .json, sh.txt, outputLUT.png), brdf:SPEC, or brdf: for the list of models
     #[arg(value_name = "FILE|SKY|brdf:SPEC")]
     what: String,
     #[command(flatten)]

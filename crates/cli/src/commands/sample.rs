@@ -4,16 +4,18 @@ use crate::context::Context;
 use crate::failure::Outcome;
 use crate::inputs::{self, AdjustArgs};
 use clap::Args;
+use glam::DMat3;
 use serde_json::json;
 use std::path::PathBuf;
 use steradian_session::columns::unit;
 use steradian_session::eval::shortest;
+use steradian_session::is_sky;
 use steradian_sphere::image::Filter;
 
 /// Options of `steradian sample`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Image on the sphere, or a texture (.ktx2, .ktx, .dds)
+    /// Image on the sphere, sky spec, or a texture (.ktx2, .ktx, .dds)
     #[arg(value_name = "MAP")]
     map: String,
     /// CSV with columns x,y,z: world directions; - is standard input
@@ -32,10 +34,15 @@ pub struct Options {
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     inputs::check_text(o.output.as_deref())?;
     let adjust = o.adjust.get();
-    let mut image = context.map(&o.map, &adjust, o.level)?.image;
-    steradian_light::adjust::scale(&mut image, adjust.gain());
+    let (image, back) = if is_sky(&o.map) {
+        // A sky is turned and scaled with its sun, which is a disk of texels here.
+        (context.light(&o.map, &adjust)?.with_disks_drawn(), DMat3::IDENTITY)
+    } else {
+        let mut image = context.map(&o.map, &adjust, o.level)?.image;
+        steradian_light::adjust::scale(&mut image, adjust.gain());
+        (image, adjust.rotation().transpose())
+    };
     let mut table = context.read_table(&o.directions)?;
-    let back = adjust.rotation().transpose();
     let directions: Vec<_> = unit(&table, ["x", "y", "z"])?.into_iter().map(|d| back * d).collect();
     let values = image.lookup_many(Filter::CatmullRom, &directions);
     if context.common.json && o.output.is_none() {

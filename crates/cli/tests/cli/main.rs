@@ -7,6 +7,7 @@ mod batches;
 mod btf;
 mod command;
 mod fit;
+mod inspect;
 mod lights;
 mod local;
 mod methods;

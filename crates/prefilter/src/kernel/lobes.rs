@@ -43,9 +43,12 @@ impl Lobe {
         Self::new(Shape::Beckmann { alpha: alpha.max(1e-4) })
     }
 
-    /// Charlie sheen (Estevez & Kulla 2017): D ∝ sin^{1/α} θ_h. `alpha` is kept ≥ 0.02.
+    /// The least alpha of [`Self::charlie`].
+    pub const LEAST_CHARLIE: f64 = 0.02;
+
+    /// Charlie sheen (Estevez & Kulla 2017): D ∝ sin^{1/α} θ_h. `alpha` is kept ≥ [`Self::LEAST_CHARLIE`].
     pub fn charlie(alpha: f64) -> Self {
-        Self::new(Shape::Charlie { alpha: alpha.max(0.02) })
+        Self::new(Shape::Charlie { alpha: alpha.max(Self::LEAST_CHARLIE) })
     }
 
     /// Blinn–Phong: D ∝ (n·h)^n, n > 0.

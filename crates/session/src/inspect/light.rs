@@ -110,6 +110,11 @@ impl Session {
         let facts = facts(&loaded.image, Vec::new(), Some(loaded.report), &self.task)?;
         Ok(EnvironmentFacts { texture: self.inspect_texture(spec, adjust)?, ..facts })
     }
+
+    /// What an image that no file of its own holds is.
+    pub(super) fn image_facts(&self, image: &SphereImage) -> Result<EnvironmentFacts, Error> {
+        facts(image, Vec::new(), None, &self.task)
+    }
 }
 
 fn facts(

@@ -4,6 +4,9 @@ use crate::{Error, Session, is_shape};
 use glam::Vec3;
 use std::collections::HashMap;
 use std::path::Path;
+use steradian_formats::Limits;
+use steradian_formats::mesh::{MaterialData, TextureRef, TextureSource};
+use steradian_render::FileMaterial;
 use steradian_scene::Mesh;
 
 /// What a mesh is: sizes, what its vertices have, and how closed it is.
@@ -31,10 +34,42 @@ pub struct MeshFacts {
     pub open_edges: usize,
     /// Edges of more than two triangles.
     pub shared_edges: usize,
-    /// Names of the file's materials.
-    pub materials: Vec<String>,
+    /// The file's materials.
+    pub materials: Vec<MaterialFacts>,
     /// What was found while loading.
     pub notes: Vec<String>,
+}
+
+/// What a material of a mesh file is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaterialFacts {
+    /// The file's name for it; may be empty.
+    pub name: String,
+    /// The spec of the reflectance that it is taken as.
+    pub brdf: String,
+    /// What its textures are, and the file's names for their images.
+    pub textures: Vec<(&'static str, String)>,
+    /// What of it is not shown, in words.
+    pub left_out: Vec<String>,
+    /// All of that in one line.
+    pub text: String,
+}
+
+impl MaterialFacts {
+    fn new(m: &MaterialData, images: &[TextureSource], limits: &Limits) -> Result<Self, Error> {
+        let taken = FileMaterial::read(m, images, limits)?;
+        let used = [
+            ("base colour", m.base_color_texture),
+            ("metalness and roughness", m.metallic_roughness_texture),
+            ("normal", m.normal_texture),
+            ("occlusion", m.occlusion_texture),
+            ("emission", m.emissive_texture),
+        ];
+        let name = |t: TextureRef| images.get(t.texture).map(|i| i.name.clone());
+        let textures = used.into_iter().filter_map(|(what, t)| Some((what, name(t?)?))).collect();
+        let text = taken.assumed();
+        Ok(Self { name: taken.name, brdf: taken.spec, textures, left_out: taken.left_out, text })
+    }
 }
 
 /// Is this the name of a mesh file or of a built-in shape?
@@ -53,12 +88,14 @@ impl Session {
         }
         let loaded = steradian_scene::load(Path::new(what), &self.limits())?;
         self.note_input(Path::new(what));
-        let materials = loaded.materials.iter().map(|m| m.name.clone()).collect();
+        let limits = self.limits();
+        let of = |m| MaterialFacts::new(m, &loaded.textures, &limits);
+        let materials = loaded.materials.iter().map(of).collect::<Result<_, _>>()?;
         Ok(facts(&loaded.merged(), loaded.meshes.len(), materials, loaded.notes.clone()))
     }
 }
 
-fn facts(mesh: &Mesh, parts: usize, materials: Vec<String>, notes: Vec<String>) -> MeshFacts {
+fn facts(mesh: &Mesh, parts: usize, materials: Vec<MaterialFacts>, notes: Vec<String>) -> MeshFacts {
     let (open_edges, shared_edges) = edges(mesh);
     MeshFacts {
         parts,

@@ -15,7 +15,7 @@ mod transfer;
 pub use bake::{ArrayContent, ArrayFacts, BakeFacts, TensorFacts, is_bake};
 pub use brdf::{BrdfFacts, brdf_models};
 pub use light::{Advice, EnvironmentFacts};
-pub use mesh::{MeshFacts, is_mesh};
+pub use mesh::{MaterialFacts, MeshFacts, is_mesh};
 pub use plot::polar_plot;
 pub use probes::ProbesFacts;
 pub use report::{Line, Report};

@@ -4,7 +4,8 @@ use crate::inputs::{Adjust, texture_map};
 use crate::{Error, Session};
 use std::path::Path;
 use steradian_formats::{Container, Texels};
-use steradian_light::load::LoadOptions;
+use steradian_light::load::{LoadOptions, Profile};
+use steradian_verify::laws::Consumer;
 
 /// What a texture file is.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,7 +20,10 @@ pub struct TextureFacts {
     pub levels: Vec<LevelFacts>,
     /// Whose files lie like this, where the file says so.
     pub profile: Option<String>,
-    /// What its levels are convolved with, where the file says so.
+    /// Whose it is taken for, where the file does not say it and the caller does: `perceptual_roughness` and
+    /// `kernel` follow from that.
+    pub taken_for: Option<&'static str>,
+    /// What its levels are convolved with, where the file or its profile says so.
     pub kernel: Option<String>,
     /// All that it says: keys and values.
     pub metadata: Vec<(String, String)>,
@@ -32,7 +36,7 @@ pub struct LevelFacts {
     pub width: usize,
     /// Height of a face.
     pub height: usize,
-    /// Perceptual roughness of its kernel, where the file says so.
+    /// Perceptual roughness of its kernel, where the file or its profile says so.
     pub perceptual_roughness: Option<f64>,
     /// Mean over the sphere; a filter that loses no light leaves it as it is.
     pub mean: [f64; 3],
@@ -54,16 +58,24 @@ impl Session {
             limits: self.limits(),
         };
         let said = |key: &str| t.get(key).map(String::from);
+        let profile = said("steradian.profile");
+        let given = adjust.profile.filter(|_| profile.is_none());
+        // Chains alone go over the roughness, and one's own name says nothing of a file of unknown origin.
+        let consumer = given.filter(|p| p.name != Profile::own().name).and_then(|p| Consumer::find(p.name));
+        let last = t.levels.len().saturating_sub(1);
+        let law = |m: usize| consumer.filter(|_| last > 0).map(|c| c.kernel(m, last));
         let roughness: Vec<f64> = said("steradian.perceptual_roughness")
             .map(|r| r.split_whitespace().filter_map(|v| v.parse().ok()).collect())
             .unwrap_or_default();
+        let roughness = |m: usize| roughness.get(m).copied().or_else(|| law(m)?.roughness());
+        let kernel = said("steradian.kernel").or_else(|| Some(law(last)?.family.name().into()));
         let level = |m: usize| {
             let image = texture_map(path, &t, m, &options)?.image;
             let (width, height) = t.size(m);
             Ok(LevelFacts {
                 width,
                 height,
-                perceptual_roughness: roughness.get(m).copied(),
+                perceptual_roughness: roughness(m),
                 mean: image.integral().map(|v| v / (4.0 * std::f64::consts::PI)),
                 largest: std::array::from_fn(|c| image.planes[c].iter().copied().fold(f32::MIN, f32::max)),
             })
@@ -74,8 +86,9 @@ impl Session {
             texels,
             faces: t.faces,
             levels,
-            profile: said("steradian.profile"),
-            kernel: said("steradian.kernel"),
+            profile,
+            taken_for: given.map(|p| p.name),
+            kernel,
             metadata: t.metadata,
         }))
     }

@@ -71,6 +71,7 @@ fn texture_json(t: &TextureFacts) -> Value {
         "faces": t.faces,
         "levels": t.levels.iter().map(level).collect::<Vec<_>>(),
         "profile": t.profile,
+        "taken_for": t.taken_for,
         "kernel": t.kernel,
         "metadata": t.metadata.iter().map(|(k, v)| (k.clone(), json!(v))).collect::<Map<_, _>>(),
     })
@@ -81,11 +82,20 @@ fn texture_lines(t: &TextureFacts) -> Vec<Line> {
     let shape = if t.faces == 6 { "cube" } else { "image" };
     let n = t.levels.len();
     let levels = if n == 1 { "1 level".into() } else { format!("{n} levels") };
-    let said = |v: &Option<String>| v.clone().unwrap_or_else(|| "not stated in the file".into());
+    let profile = match (&t.profile, t.taken_for) {
+        (Some(said), _) => said.clone(),
+        (None, Some(given)) => format!("{given}, as it was given: the file does not say"),
+        (None, None) => "not stated in the file; --profile NAME reads it as an engine does".into(),
+    };
+    let kernel = match (&t.kernel, t.taken_for) {
+        (Some(k), Some(given)) => format!("{k}, as {given} expects it"),
+        (Some(k), None) => k.clone(),
+        (None, _) => "not stated in the file".into(),
+    };
     let mut out = vec![
         ("texture", format!("{}, {}{compression}, {shape}, {levels}", t.container.name(), t.texels.format)),
-        ("profile", said(&t.profile)),
-        ("kernel", said(&t.kernel)),
+        ("profile", profile),
+        ("kernel", kernel),
     ];
     for (m, l) in t.levels.iter().enumerate() {
         let r = l.perceptual_roughness.map(|r| format!(", perceptual roughness {r:.3}")).unwrap_or_default();
@@ -97,7 +107,7 @@ fn texture_lines(t: &TextureFacts) -> Vec<Line> {
     out
 }
 
-fn place(d: DVec3) -> String {
+pub(super) fn place(d: DVec3) -> String {
     let (elevation, azimuth) = (d.y.clamp(-1.0, 1.0).asin().to_degrees(), d.z.atan2(d.x).to_degrees());
     format!(
         "({:.3}, {:.3}, {:.3}), elevation {elevation:.1}°, azimuth {azimuth:.1}° from +X to +Z",
@@ -144,17 +154,20 @@ fn lines(name: &str, f: &EnvironmentFacts) -> Vec<Line> {
     let energy = format!("brightest 0.01 % of the sphere holds {a}, 0.1 % {b}, 1 % {c}, 10 % {d}");
     out.push(("energy", energy));
     out.push(("SH energy", format!("{} (of {} bands)", cumulative.join(", "), f.bands.len())));
-    out.extend(f.disks.iter().map(|d| ("disk", disk_line(d))));
+    out.extend(f.disks.iter().map(|d| ("disk", format!("{}, {}", elevation(d), disk_line(d)))));
     out.extend(f.advice.iter().map(|a| ("advice", a.to_string())));
     out.extend(f.suns.iter().map(|(d, share)| ("sun in the image", sun_line(d, *share))));
     out
 }
 
-fn disk_line(d: &DiskLight) -> String {
-    let elevation = d.direction.y.clamp(-1.0, 1.0).asin().to_degrees();
+fn elevation(d: &DiskLight) -> String {
+    format!("elevation {:.1}°", d.direction.y.clamp(-1.0, 1.0).asin().to_degrees())
+}
+
+pub(super) fn disk_line(d: &DiskLight) -> String {
     let flux = d.radiance.map(|c| c * d.solid_angle());
     format!(
-        "elevation {elevation:.1}°, radius {:.3}°, irradiance across it {:.3} {:.3} {:.3} W m⁻²",
+        "radius {:.3}°, irradiance across it {:.3} {:.3} {:.3} W m⁻²",
         d.angular_radius.to_degrees(),
         flux[0],
         flux[1],
@@ -171,7 +184,7 @@ fn sun_line(d: &DiskLight, share: f64) -> String {
     )
 }
 
-fn disk_json(d: &DiskLight) -> Value {
+pub(super) fn disk_json(d: &DiskLight) -> Value {
     json!({
         "direction": d.direction.to_array(),
         "angular_radius_degrees": d.angular_radius.to_degrees(),

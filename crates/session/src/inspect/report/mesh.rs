@@ -1,8 +1,8 @@
 //! What a mesh is.
 
 use super::Report;
-use crate::inspect::MeshFacts;
-use serde_json::json;
+use crate::inspect::{MaterialFacts, MeshFacts};
+use serde_json::{Value, json};
 
 /// The report on a mesh.
 pub fn report(m: &MeshFacts, name: &str) -> Report {
@@ -20,7 +20,7 @@ pub fn report(m: &MeshFacts, name: &str) -> Report {
         "area": m.area,
         "open_edges": m.open_edges,
         "edges_of_more_than_two_triangles": m.shared_edges,
-        "materials": m.materials,
+        "materials": m.materials.iter().map(material_json).collect::<Vec<_>>(),
         "notes": m.notes,
     });
     let yes = |b: bool| if b { "yes" } else { "no" };
@@ -35,6 +35,19 @@ pub fn report(m: &MeshFacts, name: &str) -> Report {
         let v = |v: glam::Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
         lines.insert(2, ("bounds", format!("{} to {}, diagonal {:.4} m", v(a), v(b), m.diagonal)));
     }
+    for m in &m.materials {
+        lines.push(("material", m.text.strip_prefix("material ").unwrap_or(&m.text).into()));
+        let images: Vec<String> = m.textures.iter().map(|(what, name)| format!("{what} {name}")).collect();
+        if !images.is_empty() {
+            lines.push(("textures", images.join(", ")));
+        }
+    }
     lines.extend(m.notes.iter().map(|n| ("note", n.clone())));
     Report { json, lines }
+}
+
+fn material_json(m: &MaterialFacts) -> Value {
+    let textures: serde_json::Map<String, Value> =
+        m.textures.iter().map(|(what, name)| ((*what).into(), json!(name))).collect();
+    json!({"name": m.name, "brdf": m.brdf, "textures": textures, "left_out": m.left_out})
 }

@@ -3,6 +3,7 @@
 mod bake;
 mod brdf;
 mod btf;
+mod engine;
 mod light;
 mod mesh;
 mod probes;
@@ -44,7 +45,8 @@ impl BrdfFacts {
 impl Session {
     /// What an input is that is told by its name and content: an environment (turned, scaled, and of a
     /// texture one level), a sky, a mesh or shape, a saved bake or its tables, transfer, probes, the files of
-    /// reflectance transformation imaging, pictures of a bidirectional texture function, `brdf:SPEC`, or
+    /// reflectance transformation imaging, pictures of a bidirectional texture function, what lies beside an
+    /// engine's maps (a light in a glTF file, suns, coefficients, the split sum's table), `brdf:SPEC`, or
     /// `brdf:` for the list of models.
     pub fn inspect(&mut self, what: &str, adjust: &Adjust, level: usize) -> Result<Report, Error> {
         if let Some(spec) = what.strip_prefix("brdf:") {
@@ -52,6 +54,9 @@ impl Session {
         }
         let path = Path::new(what);
         let name = if is_sky(what) { what.into() } else { file_name(path) };
+        if let Some(report) = self.inspect_beside(path, adjust)? {
+            return Ok(report);
+        }
         if is_mesh(what) {
             return Ok(mesh::report(&self.inspect_mesh(what)?, &name));
         }
