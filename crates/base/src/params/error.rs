@@ -47,7 +47,11 @@ pub enum ParamError {
 }
 
 fn known(names: &[&str]) -> String {
-    if names.is_empty() { "are none".into() } else { format!("is: {}", names.join(", ")) }
+    match names {
+        [] => "are none".into(),
+        [one] => format!("is: {one}"),
+        several => format!("are: {}", several.join(", ")),
+    }
 }
 
 fn suggest(nearest: &Option<&'static str>) -> String {

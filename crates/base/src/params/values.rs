@@ -191,7 +191,7 @@ mod tests {
     fn messages_name_key_value_range_and_what_is_known() {
         let keys = "bands, size, fit-lid, g, f0, angles, n";
         for (body, want) in [
-            ("band=1", format!("no parameter 'band' (did you mean 'bands'?); there is: {keys}")),
+            ("band=1", format!("no parameter 'band' (did you mean 'bands'?); there are: {keys}")),
             ("bands=17", "bands = '17' is not a whole number in 1 … 16".into()),
             ("bands=2.5", "bands = '2.5' is not a whole number in 1 … 16".into()),
             ("size=-1", "size = '-1' is not a whole number in 1 … 64, or auto".into()),
@@ -210,7 +210,7 @@ mod tests {
         assert_eq!(parsed("").unwrap().number(&N).unwrap_err().to_string(), "needs 'n=': exponent");
         assert_eq!(
             parsed("N=1").unwrap_err(),
-            format!("no parameter 'N' (did you mean 'n'?); there is: {keys}")
+            format!("no parameter 'N' (did you mean 'n'?); there are: {keys}")
         );
     }
 

@@ -115,7 +115,7 @@ fn bad_specs_say_what_to_do() {
     assert!(message("moon").contains("there are: sky, studio, overcast, furnace"));
     assert_eq!(
         message("sky:height=3"),
-        "sky: no parameter 'height'; there is: elevation, azimuth, turbidity, ground"
+        "sky: no parameter 'height'; there are: elevation, azimuth, turbidity, ground"
     );
     assert_eq!(message("sky:elevation=99"), "sky: elevation = '99' is not a number in -5 … 90");
     assert_eq!(

@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(by_name("torus:minor=0.1, segments=8").unwrap().bounds().unwrap().1.y, 0.1);
         for (spec, want) in [
             ("tea", "there are: sphere"),
-            ("torus:radius=1", "there is: major, minor, segments"),
+            ("torus:radius=1", "there are: major, minor, segments"),
             ("torus:minor", "not key=value"),
             ("torus:minor=-1", "a number in 0.000001 … 1000000"),
             ("sphere:segments=2.5", "a whole number"),
