@@ -430,6 +430,6 @@ mod tests {
             Some(GroundRequest { brdf: brdf.into(), technique: Some(technique.into()) })
         };
         refused(SceneRequest { ground: ground("lambert", "path"), ..of("sphere") }, "shades all of a scene");
-        refused(SceneRequest { ground: ground("ggx", "prt_diffuse"), ..of("sphere") }, "takes lambert only");
+        refused(SceneRequest { ground: ground("ggx:alpha=0.3", "prt_diffuse"), ..of("sphere") }, "takes lambert only");
     }
 }
