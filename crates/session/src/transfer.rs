@@ -281,8 +281,8 @@ fn places(places: &Places, mesh: &Mesh, name: &str, session: &Session) -> Result
             let (sites, atlas) = Site::texels(mesh, *w, *h);
             if !atlas.is_whole() {
                 return Err(Error::input(format!(
-                    "{name}: no atlas of {w} x {h}: {} texels are in more than one triangle, {} triangles ({:.1} % of the \
-                     surface) have none",
+                    "{name}: no atlas of {w} x {h}: {} texels are in more than one triangle, {} triangles have none, {:.1} % \
+                     of the surface",
                     atlas.overlapping,
                     atlas.missing,
                     100.0 * atlas.missing_area
