@@ -1,6 +1,7 @@
 //! Images of every format: reading by content, writing by extension.
 
 use crate::atomic::{plain, write_atomic, write_atomic_seek};
+use crate::photograph::Photograph;
 use crate::{FormatError, Limits, Raster, hdr, ldr, openexr, pfm, tga};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -30,6 +31,35 @@ pub fn read_image(path: &Path, limits: &Limits) -> Result<Raster, FormatError> {
 
 /// [`read_image`] with options.
 pub fn read_image_with(path: &Path, options: &ReadOptions) -> Result<Raster, FormatError> {
+    match encoded(path, options)? {
+        Encoded::Raster(raster) => Ok(raster),
+        Encoded::Bytes(bytes) => decode_image_with(path, &bytes, options),
+    }
+}
+
+/// Reads the image `path` as [`read_image`] does, its samples left as small as the file has them.
+pub fn read_photograph(path: &Path, limits: &Limits) -> Result<Photograph, FormatError> {
+    let options = ReadOptions { limits: *limits, ..ReadOptions::default() };
+    let raster = match encoded(path, &options)? {
+        Encoded::Raster(raster) => raster,
+        Encoded::Bytes(bytes) => match ldr::format(&bytes) {
+            Some(format) => {
+                let samples = ldr::samples(path, &bytes, format, &options)?;
+                return Ok(Photograph::coded(samples));
+            }
+            None => decode_image_with(path, &bytes, &options)?,
+        },
+    };
+    Photograph::of(raster).ok_or_else(|| FormatError::invalid(path, "has no colour"))
+}
+
+/// A file as far as it is decoded while it is read.
+enum Encoded {
+    Raster(Raster),
+    Bytes(Vec<u8>),
+}
+
+fn encoded(path: &Path, options: &ReadOptions) -> Result<Encoded, FormatError> {
     let unreadable = |e: io::Error| FormatError::Unreadable { path: path.into(), why: plain(&e) };
     let (mut file, length) = open(path)?;
     let mut head = [0u8; HEAD];
@@ -39,13 +69,14 @@ pub fn read_image_with(path: &Path, options: &ReadOptions) -> Result<Raster, For
     let format = Format::of(path, &head[..n]).ok_or_else(|| unknown(path))?;
     if matches!(format, Format::Exr) && file.seek(SeekFrom::Start(0)).is_ok() {
         // Straight from the disk: the compressed bytes never lie in memory as a whole.
-        return openexr::decode(path, BufReader::with_capacity(1 << 18, file), length, options);
+        let file = BufReader::with_capacity(1 << 18, file);
+        return openexr::decode(path, file, length, options).map(Encoded::Raster);
     }
     options.limits.memory(path, u128::from(length), length)?;
     let mut bytes = Vec::new();
     bytes.extend_from_slice(&head[..n]);
     file.take(options.limits.max_memory).read_to_end(&mut bytes).map_err(unreadable)?;
-    decode_image_with(path, &bytes, options)
+    Ok(Encoded::Bytes(bytes))
 }
 
 /// Decodes an image that lies in memory (embedded in a mesh, or made by a test); `name` is for messages and

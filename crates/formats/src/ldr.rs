@@ -19,14 +19,16 @@ pub(crate) enum LowRange {
 }
 
 /// Decoded samples, pixel by pixel.
-struct Samples {
-    width: usize,
-    height: usize,
+#[derive(Debug)]
+pub(crate) struct Samples {
+    pub width: usize,
+    pub height: usize,
     channels: usize,
     codes: Codes,
 }
 
 /// What the file holds: bytes stay bytes, which matters for photographs of many megapixels.
+#[derive(Debug)]
 enum Codes {
     Eight(Vec<u8>),
     Sixteen(Vec<u16>),
@@ -43,6 +45,53 @@ pub(crate) fn format(bytes: &[u8]) -> Option<LowRange> {
     }
 }
 
+impl Samples {
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        match &self.codes {
+            Codes::Eight(all) => all.len(),
+            Codes::Sixteen(all) => 2 * all.len(),
+        }
+    }
+
+    /// Linear red, green and blue of the sRGB codes of as many pixels as `out` takes, from pixel `from` on.
+    pub fn linear(&self, curve: &Curve, from: usize, out: [&mut [f32]; 3]) {
+        match (&self.codes, self.channels) {
+            (Codes::Eight(all), 1) => grey::<u8, 1>(all, curve, from, out),
+            (Codes::Eight(all), 2) => grey::<u8, 2>(all, curve, from, out),
+            (Codes::Eight(all), 3) => colours::<u8, 3>(all, curve, from, out),
+            (Codes::Eight(all), _) => colours::<u8, 4>(all, curve, from, out),
+            (Codes::Sixteen(all), 1) => grey::<u16, 1>(all, curve, from, out),
+            (Codes::Sixteen(all), 2) => grey::<u16, 2>(all, curve, from, out),
+            (Codes::Sixteen(all), 3) => colours::<u16, 3>(all, curve, from, out),
+            (Codes::Sixteen(all), _) => colours::<u16, 4>(all, curve, from, out),
+        }
+    }
+
+    /// The curve of its codes.
+    pub fn curve(&self) -> Curve {
+        Curve::of(if matches!(self.codes, Codes::Eight(_)) { 8 } else { 16 }, false)
+    }
+}
+
+fn grey<T: Copy + Into<u16>, const K: usize>(all: &[T], curve: &Curve, from: usize, out: [&mut [f32]; 3]) {
+    let [r, g, b] = out;
+    for (pixel, r) in all.as_chunks::<K>().0[from..].iter().zip(&mut *r) {
+        *r = curve.get(pixel[0].into());
+    }
+    g.copy_from_slice(r);
+    b.copy_from_slice(r);
+}
+
+fn colours<T: Copy + Into<u16>, const K: usize>(all: &[T], curve: &Curve, from: usize, out: [&mut [f32]; 3]) {
+    let [r, g, b] = out;
+    for (((pixel, r), g), b) in all.as_chunks::<K>().0[from..].iter().zip(r).zip(g).zip(b) {
+        *r = curve.get(pixel[0].into());
+        *g = curve.get(pixel[1].into());
+        *b = curve.get(pixel[2].into());
+    }
+}
+
 /// Decodes the image in `bytes`; `name` is for messages.
 pub(crate) fn decode(
     name: &Path,
@@ -50,19 +99,29 @@ pub(crate) fn decode(
     format: LowRange,
     options: &ReadOptions,
 ) -> Result<Raster, FormatError> {
+    let samples = samples(name, bytes, format, options)?;
+    let channels = split(&samples, options.data);
+    let Samples { width, height, .. } = samples;
+    Ok(Raster { width, height, channels, low_range: true, metadata: Vec::new() })
+}
+
+/// Decodes the image in `bytes` as far as its samples.
+pub(crate) fn samples(
+    name: &Path,
+    bytes: &[u8],
+    format: LowRange,
+    options: &ReadOptions,
+) -> Result<Samples, FormatError> {
     if let Some((width, height)) = png_size(bytes) {
         options.limits.image(name, width, height, 1, bytes.len() as u64)?;
     }
     if !has_end(bytes, format) {
         return Err(FormatError::invalid(name, "truncated: the end marker is missing"));
     }
-    let samples = match format {
-        LowRange::Png => decode_png(name, bytes, options)?,
-        LowRange::Jpeg => decode_jpeg(name, bytes, options)?,
-    };
-    let channels = split(&samples, options.data);
-    let Samples { width, height, .. } = samples;
-    Ok(Raster { width, height, channels, low_range: true, metadata: Vec::new() })
+    match format {
+        LowRange::Png => decode_png(name, bytes, options),
+        LowRange::Jpeg => decode_jpeg(name, bytes, options),
+    }
 }
 
 fn decode_png(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Samples, FormatError> {
@@ -166,6 +225,7 @@ fn split(samples: &Samples, data: bool) -> Vec<Channel> {
 }
 
 /// Code values to linear values.
+#[derive(Debug)]
 pub(crate) struct Curve(Vec<f32>);
 
 impl Curve {

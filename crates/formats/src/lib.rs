@@ -28,6 +28,7 @@ pub mod mesh;
 mod openexr;
 pub mod packed;
 mod pfm;
+mod photograph;
 pub mod ptm;
 pub mod raster;
 mod srgb;
@@ -46,7 +47,7 @@ pub use dds::{decode_dds, read_dds, write_dds};
 pub use error::{FormatError, Limits};
 pub use image::{
     ExrCompression, ExrSamples, ReadOptions, WriteOptions, WriteReport, decode_image, decode_image_with,
-    read_file, read_image, read_image_with, read_text, write_image,
+    read_file, read_image, read_image_with, read_photograph, read_text, write_image,
 };
 pub use ktx1::{decode_ktx1, read_ktx1, write_ktx1};
 pub use ktx2::{
@@ -62,7 +63,10 @@ pub use measured::{
 };
 pub use merl::{MERL_BYTES, MERL_CELLS, MERL_DIMENSIONS, MerlTable, decode_merl, write_merl};
 pub use mesh::{MeshData, decode_mesh, read_mesh};
-pub use ptm::{Ptm, PtmCoefficients, PtmTexels, decode_ptm, read_ptm, write_ptm};
+pub use photograph::Photograph;
+pub use ptm::{
+    Ptm, PtmCoefficients, PtmPlanes, PtmTexels, decode_ptm, read_ptm, write_ptm, write_ptm_planes,
+};
 pub use raster::{Channel, Raster};
 pub use srgb::{linear_to_srgb, srgb_to_linear};
 pub use stored::StoredTexture;

@@ -25,6 +25,7 @@ use crate::atomic::write_atomic;
 use crate::image::{not_empty, read_bytes};
 use crate::{FormatError, Limits};
 use std::path::Path;
+use steradian_parallel::prelude::*;
 
 /// Longest word of a header.
 const MAX_WORD: usize = 64;
@@ -236,43 +237,100 @@ fn shown(word: &str) -> String {
     word.chars().filter(|c| !c.is_control()).take(40).collect()
 }
 
+/// A polynomial texture map to be written, coefficient by coefficient. Rows run from the top to the bottom.
+#[derive(Debug, Clone)]
+pub struct PtmPlanes<'a> {
+    /// Width in texels.
+    pub width: usize,
+    /// Height in texels.
+    pub height: usize,
+    /// a0 … a5 of luminance, or of red, of green and of blue.
+    pub polynomials: Vec<[&'a [f32]; 6]>,
+    /// The colour that luminance scales.
+    pub color: Option<&'a [[u8; 3]]>,
+}
+
 /// Writes a polynomial texture map. Each coefficient gets the scale and the bias that its range over all
 /// texels asks for; the six scales are returned, and no coefficient changes by more than half of its scale
 /// (and the rounding of single precision).
 pub fn write_ptm(path: &Path, ptm: &Ptm) -> Result<[f32; 6], FormatError> {
+    let polynomials: Vec<&[PtmCoefficients]> = ptm.texels.polynomials().into_iter().map(|p| p.1).collect();
+    let color = match &ptm.texels {
+        PtmTexels::Lrgb { color, .. } => Some(&color[..]),
+        PtmTexels::Rgb(_) => None,
+    };
+    let lengths = polynomials.iter().map(|p| p.len()).collect();
+    let value = |channel: usize, k: usize, texel: usize| polynomials[channel][texel][k];
+    write(path, Sides { width: ptm.width, height: ptm.height, lengths, color }, &value)
+}
+
+/// [`write_ptm`] of planes.
+pub fn write_ptm_planes(path: &Path, ptm: &PtmPlanes<'_>) -> Result<[f32; 6], FormatError> {
+    let all = &ptm.polynomials;
+    let kind = if ptm.color.is_some() { 1 } else { 3 };
+    if all.len() != kind {
+        let why = format!("{} polynomials a texel where its kind has {kind}", all.len());
+        return Err(FormatError::Unwritable { path: path.into(), why });
+    }
+    let lengths = all.iter().flatten().map(|p| p.len()).collect();
+    let value = |channel: usize, k: usize, texel: usize| all[channel][k][texel];
+    write(path, Sides { width: ptm.width, height: ptm.height, lengths, color: ptm.color }, &value)
+}
+
+/// What a map is beside its coefficients.
+struct Sides<'a> {
+    width: usize,
+    height: usize,
+    /// Texels of every plane of coefficients.
+    lengths: Vec<usize>,
+    color: Option<&'a [[u8; 3]]>,
+}
+
+/// Rows that are turned into bytes at a time, on all cores.
+const ROWS: usize = 64;
+
+/// Writes the map of which `value` gives a coefficient by channel, power and texel.
+fn write(
+    path: &Path,
+    of: Sides<'_>,
+    value: &(impl Fn(usize, usize, usize) -> f32 + Sync),
+) -> Result<[f32; 6], FormatError> {
     let refuse = |why: String| FormatError::Unwritable { path: path.into(), why };
-    let (width, height) = (ptm.width, ptm.height);
+    let Sides { width, height, lengths, color } = of;
     let n = width.checked_mul(height).filter(|n| *n > 0);
     let n = n.ok_or_else(|| refuse(format!("{width} x {height} texels are no map")))?;
-    let polynomials = ptm.texels.polynomials();
-    let mut lengths = polynomials.iter().map(|(_, p)| p.len());
-    let colors = match &ptm.texels {
-        PtmTexels::Lrgb { color, .. } => color.len(),
-        PtmTexels::Rgb(_) => n,
-    };
-    if lengths.any(|l| l != n) || colors != n {
+    if lengths.iter().any(|l| *l != n) || color.is_some_and(|c| c.len() != n) {
         return Err(refuse(format!("its planes do not hold {width} x {height} texels each")));
     }
-    let steps = [0, 1, 2, 3, 4, 5].map(|k| {
-        let values = polynomials.iter().flat_map(|(_, p)| p.iter().map(move |t| t[k]));
-        Step::of(values)
-    });
+    let channels = if color.is_some() { 1 } else { 3 };
+    let steps: Vec<Option<Step>> = (0..6usize)
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|k| Step::of((0..channels).flat_map(|c| (0..n).map(move |t| value(c, k, t)))))
+        .collect();
     if let Some(k) = steps.iter().position(|s| s.is_none()) {
         return Err(refuse(format!("a{k} is not finite, or too large to be written")));
     }
-    let steps = steps.map(Option::unwrap_or_default);
+    let steps: [Step; 6] = std::array::from_fn(|k| steps[k].unwrap_or_default());
+    let kind = if color.is_some() { "PTM_FORMAT_LRGB" } else { "PTM_FORMAT_RGB" };
     write_atomic(path, |w| {
-        write!(w, "PTM_1.2\n{}\n{width}\n{height}\n", ptm.texels.kind())?;
+        write!(w, "PTM_1.2\n{kind}\n{width}\n{height}\n")?;
         let line = |words: [String; 6]| words.join(" ") + "\n";
         w.write_all(line(steps.map(|s| s.scale.to_string())).as_bytes())?;
         w.write_all(line(steps.map(|s| s.bias.to_string())).as_bytes())?;
-        for (_, plane) in &polynomials {
-            for t in plane.chunks_exact(width).rev().flatten() {
-                w.write_all(&std::array::from_fn::<u8, 6, _>(|k| steps[k].byte(t[k])))?;
+        for channel in 0..channels {
+            let row = |y: usize| -> Vec<u8> {
+                let texel =
+                    |t: usize| std::array::from_fn::<u8, 6, _>(|k| steps[k].byte(value(channel, k, t)));
+                (y * width..(y + 1) * width).flat_map(texel).collect()
+            };
+            for end in (1..=height).rev().step_by(ROWS) {
+                let rows: Vec<Vec<u8>> = (end.saturating_sub(ROWS)..end).into_par_iter().map(row).collect();
+                rows.iter().rev().try_for_each(|row| w.write_all(row))?;
             }
         }
-        if let PtmTexels::Lrgb { color, .. } = &ptm.texels {
-            color.chunks_exact(width).rev().flatten().try_for_each(|c| w.write_all(c))?;
+        if let Some(color) = color {
+            color.chunks_exact(width).rev().try_for_each(|row| w.write_all(row.as_flattened()))?;
         }
         Ok(())
     })?;
@@ -474,7 +532,7 @@ mod tests {
         ];
         for texels in maps {
             let ptm = Ptm { width, height, texels };
-            let (steps, back, _) = round_trip(&ptm);
+            let (steps, back, bytes) = round_trip(&ptm);
             assert_eq!((back.width, back.height, back.texels.kind()), (5, 3, ptm.texels.kind()));
             if let (PtmTexels::Lrgb { color: a, .. }, PtmTexels::Lrgb { color: b, .. }) =
                 (&ptm.texels, &back.texels)
@@ -491,6 +549,20 @@ mod tests {
                     assert_eq!(b[5], 5.0);
                 }
             }
+            let planes: Vec<[Vec<f32>; 6]> = (ptm.texels.polynomials().into_iter())
+                .map(|(_, p)| std::array::from_fn(|k| p.iter().map(|t| t[k]).collect()))
+                .collect();
+            let polynomials = planes.iter().map(|p| std::array::from_fn(|k| &p[k][..])).collect();
+            let color = match &ptm.texels {
+                PtmTexels::Lrgb { color, .. } => Some(&color[..]),
+                PtmTexels::Rgb(_) => None,
+            };
+            let of = PtmPlanes { width, height, polynomials, color };
+            let folder = tempfile::tempdir().expect("a folder");
+            let path = folder.path().join(NAME);
+            assert_eq!(write_ptm_planes(&path, &of).expect("written"), steps);
+            assert_eq!(std::fs::read(&path).expect("readable"), bytes);
+            assert!(write_ptm_planes(&path, &PtmPlanes { polynomials: Vec::new(), ..of }).is_err());
             // A step is the 255th part of the range, where numbers of single precision are as fine.
             assert!((steps[0] * 255.0 - 1.0).abs() < 1e-6 && steps[3] < 2e-3, "{steps:?}");
         }
