@@ -56,15 +56,13 @@ impl Samples {
 
     /// Linear red, green and blue of the sRGB codes of as many pixels as `out` takes, from pixel `from` on.
     pub fn linear(&self, curve: &Curve, from: usize, out: [&mut [f32]; 3]) {
-        match (&self.codes, self.channels) {
-            (Codes::Eight(all), 1) => grey::<u8, 1>(all, curve, from, out),
-            (Codes::Eight(all), 2) => grey::<u8, 2>(all, curve, from, out),
-            (Codes::Eight(all), 3) => colours::<u8, 3>(all, curve, from, out),
-            (Codes::Eight(all), _) => colours::<u8, 4>(all, curve, from, out),
-            (Codes::Sixteen(all), 1) => grey::<u16, 1>(all, curve, from, out),
-            (Codes::Sixteen(all), 2) => grey::<u16, 2>(all, curve, from, out),
-            (Codes::Sixteen(all), 3) => colours::<u16, 3>(all, curve, from, out),
-            (Codes::Sixteen(all), _) => colours::<u16, 4>(all, curve, from, out),
+        match &self.codes {
+            Codes::Eight(all) => {
+                // Every byte has a value: no look into the table is checked.
+                let Some(table) = curve.0.first_chunk::<256>() else { return };
+                runs(all, self.channels, |v| table[usize::from(v)], from, out);
+            }
+            Codes::Sixteen(all) => runs(all, self.channels, |v| curve.get(v), from, out),
         }
     }
 
@@ -74,21 +72,34 @@ impl Samples {
     }
 }
 
-fn grey<T: Copy + Into<u16>, const K: usize>(all: &[T], curve: &Curve, from: usize, out: [&mut [f32]; 3]) {
-    let [r, g, b] = out;
+/// Runs of pixels of so many channels.
+fn runs<T: Copy>(all: &[T], channels: usize, of: impl Fn(T) -> f32, from: usize, out: [&mut [f32]; 3]) {
+    match channels {
+        1 => grey::<T, 1>(all, of, from, out),
+        2 => grey::<T, 2>(all, of, from, out),
+        3 => colours::<T, 3>(all, of, from, out),
+        _ => colours::<T, 4>(all, of, from, out),
+    }
+}
+
+fn grey<T: Copy, const K: usize>(all: &[T], of: impl Fn(T) -> f32, from: usize, [r, g, b]: [&mut [f32]; 3]) {
     for (pixel, r) in all.as_chunks::<K>().0[from..].iter().zip(&mut *r) {
-        *r = curve.get(pixel[0].into());
+        *r = of(pixel[0]);
     }
     g.copy_from_slice(r);
     b.copy_from_slice(r);
 }
 
-fn colours<T: Copy + Into<u16>, const K: usize>(all: &[T], curve: &Curve, from: usize, out: [&mut [f32]; 3]) {
-    let [r, g, b] = out;
+fn colours<T: Copy, const K: usize>(
+    all: &[T],
+    of: impl Fn(T) -> f32,
+    from: usize,
+    [r, g, b]: [&mut [f32]; 3],
+) {
     for (((pixel, r), g), b) in all.as_chunks::<K>().0[from..].iter().zip(r).zip(g).zip(b) {
-        *r = curve.get(pixel[0].into());
-        *g = curve.get(pixel[1].into());
-        *b = curve.get(pixel[2].into());
+        *r = of(pixel[0]);
+        *g = of(pixel[1]);
+        *b = of(pixel[2]);
     }
 }
 

@@ -48,7 +48,8 @@ impl Photograph {
         }
     }
 
-    /// Linear red, green and blue of as many pixels as `out` takes, in rows from the top, from pixel `from` on.
+    /// Linear red, green and blue of as many pixels as `out` takes, in rows from the top, from pixel `from`
+    /// on.
     ///
     /// # Panics
     /// If the image ends before.

@@ -1,6 +1,5 @@
 //! Polynomial texture maps from photographs under known lights.
 
-use crate::inputs::all_finite;
 use crate::inspect::is_lp;
 use crate::scene::below;
 use crate::{Error, Kind, Session};
@@ -8,11 +7,12 @@ use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_formats::{
-    Ptm, PtmTexels, Raster, line_of_light, read_image, read_lp, read_ptm, read_text, write_ptm,
+    LightPosition, Photograph, Ptm, PtmPlanes, PtmTexels, Raster, line_of_light, read_lp, read_photograph,
+    read_ptm, read_text, write_ptm_planes,
 };
 use steradian_parallel::prelude::*;
 use steradian_relight::polynomial::{
-    Basis, Fit, FitError, LUMINANCE, Luminance, Photographs, brightest, evaluate,
+    self, Basis, Channels, Fit, FitError, LUMINANCE, Photographs, Polynomials, brightest, evaluate,
 };
 use steradian_scene::surface::{Texture, Wrap};
 
@@ -40,6 +40,22 @@ pub enum PolynomialKind {
     /// Of red, of green and of blue (`PTM_FORMAT_RGB`): colours may change with the light.
     Rgb,
 }
+
+impl PolynomialKind {
+    fn channels(self) -> Channels {
+        match self {
+            Self::Lrgb => Channels::Luminance,
+            Self::Rgb => Channels::Colour,
+        }
+    }
+}
+
+/// Photographs that are decoded at a time, each by a thread: with the sums they take this part of the memory
+/// limit at most, 910 MiB by default, and one is decoded whatever it takes. All of them go over the sums
+/// once.
+const PART: u64 = 9;
+/// As many as there are threads, and these where there are fewer.
+const AT_ONCE: u64 = 4;
 
 /// Relative RMS error of one colour a texel that is told.
 const TOLD: f64 = 0.02;
@@ -82,22 +98,21 @@ impl Session {
             ));
         }
         let (width, height) = (facts.width, facts.height);
-        let texels = match <[Luminance<6>; 3]>::try_from(sums.all) {
-            Ok(all) => PtmTexels::Rgb(all.map(|a| a.0)),
-            Err(mut one) => {
-                let (luminance, color) = one.pop().unwrap_or_default();
-                PtmTexels::Lrgb { luminance, color }
-            }
-        };
-        write_ptm(path, &Ptm { width, height, texels })?;
+        let polynomials = sums.of.planes.iter().map(|p| p.each_ref().map(|p| &p[..])).collect();
+        let color = sums.of.color.as_deref();
+        write_ptm_planes(path, &PtmPlanes { width, height, polynomials, color })?;
         Ok(facts)
     }
 
     /// A photograph that a list names.
-    fn photograph(&self, folder: &Path, name: &str) -> Result<(PathBuf, Raster), Error> {
+    fn photograph(&self, folder: &Path, name: &str) -> Result<(PathBuf, Photograph), Error> {
         let file = below(folder, name)?;
-        let raster = all_finite(&file, read_image(&file, &self.limits())?)?;
-        Ok((file, raster))
+        let photograph = read_photograph(&file, &self.limits())?;
+        if let Some((x, y, channel)) = photograph.first_non_finite() {
+            let why = format!("pixel ({x}, {y}) of channel {channel} is not finite");
+            return Err(Error::input(format!("{}: {why}", file.display())));
+        }
+        Ok((file, photograph))
     }
 
     /// What is wrong with photograph `k` of a list, with the list and its line.
@@ -110,6 +125,17 @@ impl Session {
         Error::input(format!("{}: {line}{e}", list.display()))
     }
 
+    /// Why the lights of a list give no polynomials.
+    fn unfit(&self, list: &Path, lights: &[LightPosition], e: FitError) -> Error {
+        match e {
+            FitError::Below(k, x, y, z) => {
+                let why = format!("{}: its light {}", lights[k].file, polynomial::below([x, y, z]));
+                self.listed(list, k, Error::input(why))
+            }
+            e => Error::input(format!("{}: {e}", list.display())),
+        }
+    }
+
     /// The polynomials of the photographs that a list of light positions names.
     fn photographs<const N: usize>(
         &mut self,
@@ -120,53 +146,64 @@ impl Session {
         self.note_input(list);
         let fault = |e: FitError| Error::input(format!("{}: {e}", list.display()));
         let directions: Vec<DVec3> = lights.iter().map(|l| DVec3::from(l.position)).collect();
-        let fit = Fit::<N>::new(&directions).map_err(|e| match e {
-            FitError::Below(k, ..) => self.listed(list, k, Error::input(e.to_string())),
-            e => fault(e),
-        })?;
+        let fit = Fit::<N>::new(&directions).map_err(|e| self.unfit(list, &lights, e))?;
         let folder = list.parent().unwrap_or(Path::new(""));
-        let mut size = None;
-        let mut all: Vec<Photographs<'_, N>> = Vec::new();
+        let mut found: Option<((usize, usize), Photographs<'_, N>)> = None;
         let mut colours = Colours::default();
         self.task.begin("photographs", lights.len() as u64);
-        for (k, light) in lights.iter().enumerate() {
+        let (mut taken, mut at_once) = (0, 1);
+        while taken < lights.len() {
             self.task.check()?;
-            let (file, raster) = self.photograph(folder, &light.file).map_err(|e| self.listed(list, k, e))?;
-            self.note_input(&file);
-            let (w, h) = (raster.width, raster.height);
-            let (width, height) = *size.get_or_insert((w, h));
-            if (w, h) != (width, height) {
-                let why = format!("is {w} x {h} where the first photograph is {width} x {height}");
-                return Err(Error::input(format!("{}: {why}", file.display())));
-            }
-            let planes = raster
-                .into_rgb()
-                .ok_or_else(|| Error::input(format!("{}: has no colour", file.display())))?;
-            let channels: &[[usize; 3]] = match kind {
-                PolynomialKind::Lrgb => &[[0, 1, 2]],
-                // The luminance of a grey photograph is each of its channels.
-                PolynomialKind::Rgb => &[[0; 3], [1; 3], [2; 3]],
-            };
-            if all.is_empty() {
-                let need = channels.len() as u64 * Photographs::<N>::bytes(w * h);
-                if need > self.task.max_memory() {
-                    let why = format!("sums over photographs of {w} x {h} texels take {} MiB", need >> 20);
-                    return Err(Error::failed(format!("{}: {why}: raise --max-memory", list.display())));
+            let next = &lights[taken..(taken + at_once).min(lights.len())];
+            let read: Vec<Result<(PathBuf, Photograph), Error>> = next
+                .par_iter()
+                .with_max_len(1)
+                .map(|light: &LightPosition| self.photograph(folder, &light.file))
+                .collect();
+            let mut photographs = Vec::with_capacity(read.len());
+            for (k, read) in (taken..).zip(read) {
+                let (file, photograph) = read.map_err(|e| self.listed(list, k, e))?;
+                self.note_input(&file);
+                let (w, h) = photograph.size();
+                if found.is_none() {
+                    let bytes = photograph.bytes() as u64;
+                    let sums = Photographs::<N>::bytes(kind.channels(), w * h);
+                    let room = (self.task.max_memory() / PART).saturating_sub(sums) / bytes.max(1);
+                    let threads = std::thread::available_parallelism().map_or(1, usize::from) as u64;
+                    at_once = room.clamp(1, threads.max(AT_ONCE)) as usize;
+                    let need = sums + at_once as u64 * bytes;
+                    if need > self.task.max_memory() {
+                        let why =
+                            format!("sums over photographs of {w} x {h} texels take {} MiB", need >> 20);
+                        return Err(Error::failed(format!("{}: {why}: raise --max-memory", list.display())));
+                    }
                 }
-                all.extend(channels.iter().map(|_| Photographs::new(&fit, w * h)));
+                let (size, _) =
+                    found.get_or_insert_with(|| ((w, h), Photographs::new(&fit, kind.channels(), w * h)));
+                if (w, h) != *size {
+                    let (width, height) = *size;
+                    let why = format!("is {w} x {h} where the first photograph is {width} x {height}");
+                    let e = Error::input(format!("{}: {why}", file.display()));
+                    return Err(self.listed(list, k, e));
+                }
+                if kind == PolynomialKind::Lrgb {
+                    colours.add(&photograph);
+                }
+                photographs.push(photograph);
             }
-            for (sums, channels) in all.iter_mut().zip(channels) {
-                sums.add(channels.map(|c| &planes[c][..])).map_err(fault)?;
+            if let Some((_, sums)) = &mut found {
+                sums.add_all(&photographs).map_err(fault)?;
             }
-            colours.add(&planes);
-            self.task.advance(1);
+            taken += photographs.len();
+            self.task.advance(photographs.len() as u64);
         }
         self.task.end();
-        let (width, height) = size.unwrap_or_default();
+        let Some(((width, height), sums)) = found else {
+            return Err(Error::input(format!("{}: holds no light", list.display())));
+        };
         let (photographs, condition) = (lights.len(), fit.condition());
         let facts = PolynomialFacts { kind, width, height, photographs, condition };
-        let all = all.into_iter().map(Photographs::finish).collect();
-        Ok((Sums { all, lost: colours.lost() }, facts))
+        Ok((Sums { of: sums.finish(), lost: colours.lost() }, facts))
     }
 
     /// The coefficients as textures of red, green and blue, in units of which white is 1, and what is put
@@ -196,8 +233,13 @@ impl Session {
         &mut self,
         list: &Path,
     ) -> Result<Vec<(String, Arc<Texture>)>, Error> {
-        let (sums, facts) = self.photographs::<N>(list, PolynomialKind::Rgb)?;
-        let plane = |k: usize, c: usize| sums.all[c].0.iter().map(|a| a[k] / WHITE).collect();
+        let (mut sums, facts) = self.photographs::<N>(list, PolynomialKind::Rgb)?;
+        // Each plane is given back once its texture is made.
+        let plane = |k: usize, c: usize| {
+            let mut plane = std::mem::take(&mut sums.of.planes[c][k]);
+            plane.iter_mut().for_each(|a| *a /= WHITE);
+            plane
+        };
         textures(list, (facts.width, facts.height), N, plane)
     }
 
@@ -224,7 +266,7 @@ impl Session {
             let map = self.map_file(path, basis)?;
             let size = (map.width, map.height);
             return Ok(match &map.texels {
-                PtmTexels::Lrgb { luminance, color } => mapped(size, luminance, color, part),
+                PtmTexels::Lrgb { luminance, color } => mapped(size, |t| luminance[t], color, part),
                 PtmTexels::Rgb(all) => {
                     let texel = |t: usize| {
                         let a = [0, 1, 2].map(|c| all[c][t].map(f64::from));
@@ -252,17 +294,17 @@ impl Session {
         list: &Path,
         part: PolynomialPart,
     ) -> Result<Raster, Error> {
-        let (mut sums, facts) = self.photographs::<N>(list, PolynomialKind::Lrgb)?;
-        let (luminance, color) = sums.all.pop().unwrap_or_default();
-        Ok(mapped((facts.width, facts.height), &luminance, &color, part))
+        let (sums, facts) = self.photographs::<N>(list, PolynomialKind::Lrgb)?;
+        let Polynomials { planes, color } = sums.of;
+        let texel = |t: usize| std::array::from_fn::<f32, N, _>(|k| planes[0][k][t]);
+        Ok(mapped((facts.width, facts.height), texel, &color.unwrap_or_default(), part))
     }
 }
 
 /// Polynomials of `N` coefficients a texel, in the file's units.
 struct Sums<const N: usize> {
-    /// Of luminance, with the colours that it scales; or of red, green and blue, with white.
-    all: Vec<Luminance<N>>,
-    /// Relative RMS error of one colour a texel.
+    of: Polynomials<N>,
+    /// Relative RMS error of one colour a texel, where one was asked for.
     lost: f64,
 }
 
@@ -274,10 +316,14 @@ struct Colours {
 }
 
 impl Colours {
-    fn add(&mut self, planes: &[Vec<f32>; 3]) {
-        let step = planes[0].len().div_ceil(LOOKED_AT).max(1);
-        let texel = |k: usize| [0, 1, 2].map(|c| f64::from(planes[c][k]));
-        self.seen.push((0..planes[0].len()).step_by(step).map(texel).collect());
+    fn add(&mut self, photograph: &Photograph) {
+        let (w, h) = photograph.size();
+        let texel = |k: usize| {
+            let mut x = [[0.0f32]; 3];
+            photograph.linear(k, x.each_mut().map(|x| &mut x[..]));
+            x.map(|[x]| f64::from(x))
+        };
+        self.seen.push((0..w * h).step_by((w * h).div_ceil(LOOKED_AT).max(1)).map(texel).collect());
     }
 
     /// Of the luminance of each photograph times the texel's colour over all of them.
@@ -309,9 +355,9 @@ fn textures(
     path: &Path,
     (width, height): (usize, usize),
     terms: usize,
-    plane: impl Fn(usize, usize) -> Vec<f32>,
+    mut plane: impl FnMut(usize, usize) -> Vec<f32>,
 ) -> Result<Vec<(String, Arc<Texture>)>, Error> {
-    let texture = |k: usize| {
+    let mut texture = |k: usize| {
         let t = Texture::new(width, height, &[plane(k, 0), plane(k, 1), plane(k, 2)]);
         let t = t.map(|t| Arc::new(t.with_wrap([Wrap::Clamp; 2])));
         t.ok_or_else(|| Error::input(format!("{}: is empty", path.display())))
@@ -322,12 +368,12 @@ fn textures(
 /// Where each texel is brightest, or what it reflects there.
 fn mapped<const N: usize>(
     size: (usize, usize),
-    luminance: &[[f32; N]],
+    luminance: impl Fn(usize) -> [f32; N] + Sync + Send,
     color: &[[u8; 3]],
     part: PolynomialPart,
 ) -> Raster {
     raster(size, |t| {
-        let a = luminance[t].map(f64::from);
+        let a = luminance(t).map(f64::from);
         let n = brightest(&a).unwrap_or(DVec3::Z);
         match part {
             PolynomialPart::Normal => (0.5 + 0.5 * n).as_vec3().to_array(),

@@ -12,7 +12,7 @@ use steradian_base::{ParamValues, Task};
 use steradian_brdf::parse;
 use steradian_light::DirectionalLight;
 use steradian_relight::btf::Btf;
-use steradian_relight::polynomial::{Fit, FitError, Photographs};
+use steradian_relight::polynomial::{Channels, Fit, FitError, Photographs};
 use steradian_scene::surface::{Planes, Texture};
 use steradian_techniques::local::{AnyLocal, Content, LocalFrame, LocalLights};
 use steradian_techniques::{Material, PointsBuf, Radiance, View, find_local};
@@ -188,13 +188,13 @@ fn polynomials(btf: &Btf) -> Result<[Vec<[f32; 6]>; 3], FitError> {
     const WHITE: f32 = 255.0;
     let lights: &[DVec3] = btf.lights();
     let fit = Fit::<6>::new(lights)?;
-    let channel = |c: usize| {
-        let mut sums = Photographs::new(&fit, btf.texels());
-        for l in 0..lights.len() {
-            let plane: Vec<f32> = (0..btf.texels()).map(|k| btf.value(k, 0, l)[c]).collect();
-            sums.add([&plane; 3])?;
-        }
-        Ok(sums.finish().0.into_iter().map(|a| a.map(|x| x / WHITE)).collect())
-    };
-    Ok([channel(0)?, channel(1)?, channel(2)?])
+    let mut sums = Photographs::new(&fit, Channels::Colour, btf.texels());
+    for l in 0..lights.len() {
+        let planes =
+            [0, 1, 2].map(|c| (0..btf.texels()).map(|k| btf.value(k, 0, l)[c]).collect::<Vec<f32>>());
+        sums.add(planes.each_ref().map(|p| &p[..]))?;
+    }
+    let all = sums.finish().planes;
+    let texel = |c: usize, t: usize| std::array::from_fn(|k| all[c][k][t] / WHITE);
+    Ok([0, 1, 2].map(|c| (0..btf.texels()).map(|t| texel(c, t)).collect()))
 }
