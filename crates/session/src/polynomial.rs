@@ -1,5 +1,6 @@
 //! Polynomial texture maps from photographs under known lights.
 
+use crate::btf::Source;
 use crate::inspect::is_lp;
 use crate::scene::below;
 use crate::{Error, Kind, Session};
@@ -136,6 +137,14 @@ impl Session {
         }
     }
 
+    /// Ratio of the largest singular value of the lights' polynomials of six coefficients to the smallest, or
+    /// why these cannot be fitted.
+    pub(crate) fn condition(&self, list: &Path, lights: &[LightPosition]) -> Result<f64, String> {
+        let directions: Vec<DVec3> = lights.iter().map(|l| DVec3::from(l.position)).collect();
+        let fit = Fit::<6>::new(&directions).map_err(|e| self.unfit(list, lights, e).to_string())?;
+        Ok(fit.condition())
+    }
+
     /// The polynomials of the photographs that a list of light positions names.
     fn photographs<const N: usize>(
         &mut self,
@@ -147,6 +156,7 @@ impl Session {
         let fault = |e: FitError| Error::input(format!("{}: {e}", list.display()));
         let directions: Vec<DVec3> = lights.iter().map(|l| DVec3::from(l.position)).collect();
         let fit = Fit::<N>::new(&directions).map_err(|e| self.unfit(list, &lights, e))?;
+        self.note_source(Source::beside(list).as_ref());
         let folder = list.parent().unwrap_or(Path::new(""));
         let mut found: Option<((usize, usize), Photographs<'_, N>)> = None;
         let mut colours = Colours::default();
@@ -251,6 +261,7 @@ impl Session {
         }
         let map = read_ptm(path, &self.limits())?;
         self.note_input(path);
+        self.note_source(Source::beside(path).as_ref());
         Ok(map)
     }
 

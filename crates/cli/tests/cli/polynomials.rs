@@ -1,7 +1,7 @@
 //! Photographs under known lights become a polynomial texture map, and such a map a surface, its normals and
 //! its albedo.
 
-use super::common::{fails, run};
+use super::common::{fails, json, run, well};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -63,14 +63,42 @@ fn lights_and_photographs_that_do_not_fit_are_refused() {
     let d = tempfile::tempdir().expect("a folder");
     photographs(d.path(), 5, [0.2, 1.0]);
     refused(d.path(), "needs six at least");
+    let inspected = |why: &str| {
+        let text = well(d.path(), &["inspect", LIST]);
+        assert!(text.contains("warning") && text.contains(why), "{text}");
+        let v = json(d.path(), &["inspect", LIST, "--json"]);
+        assert!(v["warning"].as_str().is_some_and(|w| w.contains(why)) && v["condition"].is_null(), "{v}");
+    };
+    inspected("5 lights: a polynomial of six coefficients needs six");
     photographs(d.path(), 12, [0.7, 0.7]);
-    refused(d.path(), "condition number");
+    refused(d.path(), "one conic, or nearly so (singular)");
+    inspected("one conic");
     photographs(d.path(), 12, [-0.5, 1.0]);
-    refused(d.path(), "above the surface");
+    let why = "set.lp: line 2: 0.pfm: its light has the direction (1.798, 0, -0.875): it must be finite and above the surface";
+    refused(d.path(), why);
+    inspected(why);
+    photographs(d.path(), 12, [0.1, 1.0]);
+    let v = json(d.path(), &["inspect", LIST, "--json"]);
+    assert!(v["warning"].is_null() && v["condition"].as_f64().is_some_and(|c| c > 1.0), "{v}");
+    // Nine harmonics of eight lights, and of two rings.
+    let nine = ["convert", LIST, "--map", "normal", "--basis", "sh9", "-o", "out.png"];
+    photographs(d.path(), 8, [0.1, 1.0]);
+    fails(d.path(), 3, "8 lights: 9 spherical harmonics need 9 at least", &nine);
+    photographs(d.path(), 12, [0.4, 0.4]);
+    let list = fs::read_to_string(d.path().join(LIST)).expect("a list");
+    let rings = |(k, line): (usize, &str)| match line.rsplit_once(' ') {
+        Some((rest, _)) if k % 2 == 0 => format!("{rest} 3"),
+        _ => line.to_string(),
+    };
+    let rings: Vec<String> = list.lines().enumerate().map(rings).collect();
+    fs::write(d.path().join(LIST), rings.join("\n")).expect("written");
+    let why = "do not determine 9 spherical harmonics (singular): add some at other elevations, of which rings of lights need three";
+    fails(d.path(), 3, why, &nine);
     photographs(d.path(), 12, [0.1, 1.0]);
     let small = Raster::rgb(1, 1, [vec![0.5], vec![0.5], vec![0.5]]);
     write_image(&d.path().join("7.pfm"), &small, &WriteOptions::default()).expect("written");
-    refused(d.path(), "7.pfm: is 1 x 1");
+    refused(d.path(), "7.pfm: is 1 x 1 where the first photograph is 2 x 2");
+    refused(d.path(), "set.lp: line 9: ");
     fs::remove_file(d.path().join("7.pfm")).expect("removed");
     // The list, its line, and the photograph.
     refused(d.path(), "set.lp: line 9: ");

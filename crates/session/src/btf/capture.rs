@@ -25,9 +25,9 @@ pub const FORMATS: [&str; 2] = ["exr", "png"];
 /// Views or lights at most.
 pub const MOST_DIRECTIONS: usize = 4096;
 /// The file that says what a folder of pictures is, and how far it is done.
-const RECORD: &str = "capture.json";
+pub(super) const RECORD: &str = "capture.json";
 /// Its largest size.
-const RECORD_BYTES: u64 = 64 << 20;
+pub(super) const RECORD_BYTES: u64 = 64 << 20;
 /// Lights that polynomials need.
 const POLYNOMIAL: usize = 6;
 

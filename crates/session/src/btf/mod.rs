@@ -2,9 +2,11 @@
 
 mod capture;
 mod lobes;
+mod mark;
 
 pub use capture::{Captured, FORMATS, MOST_DIRECTIONS, Shape, Surface};
 pub use lobes::{LobeFacts, MOST_LOBES};
+pub use mark::Source;
 pub use steradian_relight::height::Pattern;
 
 use crate::inputs::all_finite;
@@ -14,7 +16,7 @@ use glam::DVec3;
 use std::path::Path;
 use steradian_formats::{BtfList, Raster, read_btf, read_image};
 use steradian_parallel::prelude::*;
-use steradian_relight::btf::{Btf, BtfError, Pairing, around};
+use steradian_relight::btf::{Btf, BtfError, Pairing, around, spread};
 
 /// What a list of pictures is.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,12 +31,8 @@ pub struct BtfFacts {
     pub size: (usize, usize),
     /// Largest angle of a view from the normal, and of a light, degrees.
     pub angles: [f64; 2],
-    /// Where they come from, as the list says: `synthetic` where they were computed.
-    pub source: Option<String>,
-    /// Seed of the random numbers that computed them.
-    pub seed: Option<u64>,
-    /// Mean over the pictures of the variance of their numbers.
-    pub variance: Option<f64>,
+    /// Where they come from, as the list says, or the record of the capture beside it.
+    pub source: Option<Source>,
 }
 
 /// The directions to light and viewer of each picture.
@@ -55,6 +53,55 @@ fn fault(path: &Path, list: &BtfList, e: BtfError) -> Error {
     }
 }
 
+/// Refuses a list that lacks all pictures of a view or of a light, where every view that is left has every
+/// light. What a capture took is in the record beside its list. Other lists are refused where most directions
+/// of the light have a view and every view is one of them: such sets look from where they light.
+fn complete(path: &Path, list: &BtfList, pairing: &Pairing) -> Result<(), Error> {
+    let name = |d: DVec3| {
+        let [theta, phi] = capture::angles(d);
+        format!("theta {theta:.2}, phi {phi:.2}")
+    };
+    let rows = list.pictures.len();
+    if let Some([views, lights]) = mark::captured(path) {
+        let sides = [("views", "view", &pairing.views, views), ("lights", "light", &pairing.lights, lights)];
+        for (many, one, found, count) in sides {
+            let lost = not_found(found, count);
+            if let Some(first) = lost.first() {
+                let why = format!(
+                    "lacks {} of the {count} {many} that were captured, the {one} at {} the first: {} of {} rows are missing",
+                    lost.len(),
+                    name(*first),
+                    (views * lights).saturating_sub(rows),
+                    views * lights
+                );
+                return Err(Error::input(format!("{}: {why}", path.display())));
+            }
+        }
+        return Ok(());
+    }
+    let unseen = pairing.unseen();
+    let Some(first) = unseen.first() else { return Ok(()) };
+    let why = format!(
+        "lacks {} of the views: light comes from {} directions, of which all but these have a view, the one at {} the \
+         first: {} rows are missing",
+        unseen.len(),
+        pairing.lights.len(),
+        name(*first),
+        unseen.len() * pairing.lights.len()
+    );
+    Err(Error::input(format!("{}: {why}", path.display())))
+}
+
+/// The directions of a capture that are not among those found.
+fn not_found(found: &[DVec3], count: usize) -> Vec<DVec3> {
+    if found.len() >= count {
+        return Vec::new();
+    }
+    let all = spread(count).into_iter();
+    // Angles of a list are rounded.
+    all.filter(|d| !found.iter().any(|f| f.distance(*d) < 1e-6)).collect()
+}
+
 impl Session {
     /// One picture: its planes.
     fn picture(&self, folder: &Path, name: &str) -> Result<(usize, usize, [Vec<f32>; 3]), Error> {
@@ -65,27 +112,13 @@ impl Session {
         planes.map(|p| (w, h, p)).ok_or_else(|| Error::input(format!("{}: has no colour", file.display())))
     }
 
-    /// Tells of views that a list may lack altogether.
-    fn tell_of_unseen(&self, path: &Path, pairing: &Pairing) {
-        let unseen = pairing.unseen();
-        if let Some(first) = unseen.first() {
-            let [theta, phi] = capture::angles(*first);
-            self.say(format_args!(
-                "{}: {} directions of the light have no view, ({theta:.2}, {phi:.2}) the first, where the other {} have one: \
-                 if it was photographed from all of them, rows are missing",
-                path.display(),
-                unseen.len(),
-                pairing.views.len()
-            ));
-        }
-    }
-
     /// The function whose pictures a list (.csv) names, in its folder or below, in half precision.
     pub fn btf(&mut self, path: &Path) -> Result<Btf, Error> {
         let list = read_btf(path, &self.limits())?;
         self.note_input(path);
         let pairing = Pairing::new(&directions(&list)).map_err(|e| fault(path, &list, e))?;
-        self.tell_of_unseen(path, &pairing);
+        complete(path, &list, &pairing)?;
+        self.note_source(Source::of_list(&list, path).as_ref());
         let folder = path.parent().unwrap_or(Path::new(""));
         let (views, lights) = (pairing.views.len(), pairing.lights.len());
         let (width, height, _) = self.picture(folder, &list.pictures[0].file)?;
@@ -129,7 +162,7 @@ impl Session {
         let list = read_btf(path, &self.limits())?;
         self.note_input(path);
         let pairing = Pairing::new(&directions(&list)).map_err(|e| fault(path, &list, e))?;
-        self.tell_of_unseen(path, &pairing);
+        complete(path, &list, &pairing)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         for p in &list.pictures {
             let file = below(folder, &p.file)?;
@@ -140,16 +173,13 @@ impl Session {
         let (width, height, _) = self.picture(folder, &list.pictures[0].file)?;
         let largest =
             |all: &[DVec3]| all.iter().map(|d| d.z.min(1.0).acos().to_degrees()).fold(0.0, f64::max);
-        let variances: Option<Vec<f64>> = list.pictures.iter().map(|p| p.variance).collect();
         Ok(BtfFacts {
             pictures: list.pictures.len(),
             views: pairing.views.len(),
             lights: pairing.lights.len(),
             size: (width, height),
             angles: [largest(&pairing.views), largest(&pairing.lights)],
-            source: list.source,
-            seed: list.seed,
-            variance: variances.map(|v| v.iter().sum::<f64>() / v.len() as f64),
+            source: Source::of_list(&list, path),
         })
     }
 }

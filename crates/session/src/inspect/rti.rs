@@ -1,5 +1,6 @@
 //! What the files of reflectance transformation imaging hold: polynomial texture maps and light positions.
 
+use crate::btf::Source;
 use crate::{Error, Session};
 use std::path::Path;
 use steradian_formats::{PtmTexels, read_lp, read_ptm};
@@ -18,6 +19,8 @@ pub struct PtmFacts {
     pub polynomials: Vec<(&'static str, [(f32, f32); 6])>,
     /// Smallest and largest of red, green and blue beside a polynomial of luminance.
     pub color: Option<[(u8, u8); 3]>,
+    /// What the record of a capture beside the file says of it.
+    pub source: Option<Source>,
 }
 
 /// What a list of light positions is.
@@ -29,6 +32,11 @@ pub struct LightPositionFacts {
     pub ranges: [(f64, f64); 3],
     /// Smallest and largest distance from the origin; both 1 where positions are unit vectors.
     pub distances: (f64, f64),
+    /// Ratio of the largest singular value of the lights' polynomials of six coefficients to the smallest, or
+    /// why these cannot be fitted.
+    pub polynomials: Result<f64, String>,
+    /// What the record of a capture beside the file says of it.
+    pub source: Option<Source>,
 }
 
 /// Is this the name of a polynomial texture map?
@@ -65,7 +73,8 @@ impl Session {
             }
         };
         let polynomials = ranges.collect();
-        Ok(PtmFacts { width: ptm.width, height: ptm.height, kind: ptm.texels.kind(), polynomials, color })
+        let (width, height, kind) = (ptm.width, ptm.height, ptm.texels.kind());
+        Ok(PtmFacts { width, height, kind, polynomials, color, source: Source::beside(path) })
     }
 
     /// What a list of light positions is.
@@ -79,6 +88,8 @@ impl Session {
             ranges.iter_mut().zip(l.position).for_each(|(r, v)| grow(r, v));
             grow(&mut distances, l.position.iter().map(|v| v * v).sum::<f64>().sqrt());
         }
-        Ok(LightPositionFacts { lights: lights.len(), ranges, distances })
+        let polynomials = self.condition(path, &lights);
+        let source = Source::beside(path);
+        Ok(LightPositionFacts { lights: lights.len(), ranges, distances, polynomials, source })
     }
 }

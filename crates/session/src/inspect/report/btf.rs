@@ -1,13 +1,13 @@
 //! What a list of the pictures of a bidirectional texture function is.
 
 use super::Report;
-use crate::btf::BtfFacts;
+use crate::btf::{BtfFacts, Source};
 use serde_json::json;
 
 /// The report on a list of pictures.
 pub fn report(f: &BtfFacts, name: &str) -> Report {
     let (w, h) = f.size;
-    let json = json!({
+    let mut json = json!({
         "kind": "bidirectional texture function",
         "name": name,
         "pictures": f.pictures,
@@ -17,10 +17,10 @@ pub fn report(f: &BtfFacts, name: &str) -> Report {
         "height": h,
         "largest_view_angle": f.angles[0],
         "largest_light_angle": f.angles[1],
-        "source": f.source,
-        "seed": f.seed,
-        "variance": f.variance,
     });
+    for (key, value) in Source::document(f.source.as_ref()) {
+        json[key] = value;
+    }
     let mut lines = vec![
         ("name", name.into()),
         (
@@ -34,11 +34,10 @@ pub fn report(f: &BtfFacts, name: &str) -> Report {
             "angles",
             format!("views up to {:.2}°, lights up to {:.2}° from the normal", f.angles[0], f.angles[1]),
         ),
-        ("source", f.source.clone().unwrap_or_else(|| "not said".into())),
     ];
-    lines.extend(f.seed.map(|s| ("seed", s.to_string())));
-    lines.extend(
-        f.variance.map(|v| ("variance", format!("{v:.3e}, the mean over all numbers, white being 1"))),
-    );
+    match &f.source {
+        Some(source) => lines.extend(Source::lines(Some(source))),
+        None => lines.push(("source", "not said".into())),
+    }
     Report { json, lines }
 }
