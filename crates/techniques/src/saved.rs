@@ -254,13 +254,29 @@ pub struct SavedLocal {
     pub technique: &'static dyn AnyLocal,
     /// The bake.
     pub bake: Arc<dyn LocalBake>,
+    /// Spec of the reflectance that it was made of; files appear without their folders.
+    pub brdf: String,
+    /// What it says of itself.
+    pub metadata: BTreeMap<String, String>,
+    /// Name, shape and bytes of each of its tensors.
+    pub tensors: Vec<(String, Vec<usize>, usize)>,
 }
 
 impl SavedLocal {
+    /// Do tensors say that they are a bake of such a technique?
+    pub fn is_one(tensors: &TensorFile) -> bool {
+        let slug = tensors.metadata.get(TECHNIQUE);
+        slug.is_some_and(|s| crate::find(s).is_none() && crate::find_local(s).is_some())
+    }
+
     /// Reads `path`, a `.safetensors` file. It opens no other file.
     pub fn read(path: &Path, limits: &Limits) -> Result<Self, SavedError> {
+        Self::of(path, read_tensors(path, limits)?)
+    }
+
+    /// Of the tensors of the file `path`.
+    pub fn of(path: &Path, tensors: TensorFile) -> Result<Self, SavedError> {
         let bad = |why: String| SavedError::Invalid { path: path.into(), why };
-        let tensors = read_tensors(path, limits)?;
         let Some(slug) = tensors.metadata.get(TECHNIQUE) else {
             return Err(bad("holds tensors but no bake: steradian bake --local writes one".into()));
         };
@@ -282,7 +298,16 @@ impl SavedLocal {
             BakeError::Param(_) => bad(format!("damaged: {e}")),
             source => SavedError::Bake { path: path.into(), source },
         })?;
-        Ok(Self { path: path.into(), technique, bake: bake.into() })
+        let facts = tensors.tensors.iter();
+        let facts = facts.map(|(name, t)| (name.clone(), t.shape.clone(), t.data.bytes()));
+        Ok(Self {
+            path: path.into(),
+            technique,
+            bake: bake.into(),
+            brdf: made.brdf.clone(),
+            tensors: facts.collect(),
+            metadata: tensors.metadata,
+        })
     }
 }
 

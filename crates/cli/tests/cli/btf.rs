@@ -63,6 +63,89 @@ fn captures_are_complete_and_say_that_they_are_synthetic() {
     assert!(text.contains("synthetic") && text.contains("5 views under 7 lights"), "{text}");
 }
 
+/// Lists that lack a view or a light altogether: of a capture by its record, of others where the light has
+/// directions that no view has.
+#[test]
+fn lists_without_a_view_are_refused() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let made = ["capture", "weave", "--size", "4", "--lights", "9", "--quiet", "-o", "out"];
+    done(dir, &[&made[..], &["--views", "9"]].concat());
+    let path = dir.join("out/btf.csv");
+    let whole = fs::read_to_string(&path).expect("a list");
+    let without = |part: &str| {
+        let rows: Vec<&str> = whole.lines().filter(|row| !row.contains(part)).collect();
+        fs::write(&path, rows.join("\n") + "\n").expect("written");
+    };
+    let refused = |why: &str| {
+        fails(dir, 3, why, &["inspect", "out/btf.csv"]);
+        fails(dir, 3, why, &["convert", "out/btf.csv", "--lobes", "1", "-o", "lobes"]);
+        let local = "btf_pca:map=out/btf.csv";
+        fails(dir, 3, why, &["bake", "-b", "lambert", "--local", local, "-o", "x.safetensors"]);
+    };
+    without("view_008/");
+    let view = "lacks 1 of the 9 views that were captured, the view at theta 75.00, phi 20.06 the first: 9 of 81 rows are missing";
+    refused(view);
+    without("light_008.");
+    refused("lacks 1 of the 9 lights that were captured");
+    fs::remove_file(dir.join("out/capture.json")).expect("removed");
+    without("view_008/");
+    let view = "lacks 1 of the views: light comes from 9 directions, of which all but these have a view, the one at theta 75.00, phi 20.06 \
+                the first: 9 rows are missing";
+    refused(view);
+    // One light less than views says nothing: it may have been so.
+    without("light_008.");
+    well(dir, &["inspect", "out/btf.csv"]);
+    assert!(!dir.join("lobes").exists() && !dir.join("x.safetensors").exists());
+    // Few views under many lights are meant to be few.
+    done(dir, &["capture", "weave", "--size", "4", "--lights", "9", "--views", "2", "--quiet", "-o", "few"]);
+    well(dir, &["inspect", "few/btf.csv"]);
+}
+
+/// What is known of computed pictures is said of every file that is made of them, as far as it has a place.
+#[test]
+fn what_is_made_of_a_capture_says_that_it_is_synthetic() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let random = ["--seed", "3", "--bounces", "2", "--samples", "2", "--quiet"];
+    done(dir, &[&SMALL[..], &random].concat());
+    let variance = json(dir, &["inspect", "out/btf.csv", "--json"])["variance"].as_f64().expect("a number");
+    assert!(variance > 0.0);
+    for name in ["out/rti.lp", "out/rti.ptm"] {
+        let v = json(dir, &["inspect", name, "--json"]);
+        let got = (v["source"].as_str(), v["seed"].as_u64(), v["variance"].as_f64().expect("a number"));
+        assert_eq!((got.0, got.1), (Some("synthetic"), Some(3)));
+        assert!((got.2 / variance - 1.0).abs() < 1e-9, "{v}");
+        let text = well(dir, &["inspect", name]);
+        assert!(text.contains("synthetic") && text.contains("seed") && text.contains("variance"), "{text}");
+    }
+    done(dir, &["convert", "out/btf.csv", "--lobes", "1", "-o", "lobes", "--quiet"]);
+    done(dir, &["convert", "out/rti.ptm", "--map", "normal", "-o", "normals.png", "--quiet"]);
+    done(dir, &["convert", "out/rti.lp", "--map", "albedo", "-o", "albedo.png", "--quiet"]);
+    let local = "btf_pca:map=out/btf.csv,method=view,components=1";
+    done(dir, &["bake", "-b", "lambert", "--local", local, "-o", "small.safetensors", "--quiet"]);
+    for name in ["lobes/rho_d.exr", "lobes/c_1.exr", "normals.png", "albedo.png", "small.safetensors"] {
+        let bytes = fs::read(dir.join(name)).expect("a file");
+        for part in [&b"synthetic"[..], b"steradian.seed", b"steradian.variance"] {
+            assert!(bytes.windows(part.len()).any(|w| w == part), "{name}");
+        }
+    }
+    let v = json(dir, &["inspect", "small.safetensors", "--json"]);
+    assert_eq!((v["kind"].as_str(), v["technique"].as_str()), (Some("local bake"), Some("btf_pca")));
+    assert_eq!((v["source"].as_str(), v["seed"].as_u64()), (Some("synthetic"), Some(3)));
+    assert_eq!((v["brdf"].as_str(), v["parameters"]["components"].as_f64()), (Some("lambert"), Some(1.0)));
+    assert!(v["bytes"].as_u64().is_some_and(|b| b > 0) && v["error"].as_f64().is_some(), "{v}");
+    let text = well(dir, &["inspect", "small.safetensors"]);
+    for part in ["btf_pca", "reflectance", "method view", "shading reads", "error", "synthetic, seed 3"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    fs::write(dir.join("cut.safetensors"), b"nothing").expect("written");
+    fails(dir, 3, "cut.safetensors", &["inspect", "cut.safetensors"]);
+    // Files elsewhere are as they were.
+    fs::copy(dir.join("out/rti.ptm"), dir.join("other.ptm")).expect("copied");
+    assert!(json(dir, &["inspect", "other.ptm", "--json"])["source"].is_null());
+}
+
 fn times(dir: &Path) -> Vec<SystemTime> {
     let of = |k: usize| fs::metadata(dir.join(format!("out/view_00{k}/light_003.exr")));
     (0..5).map(|k| of(k).and_then(|m| m.modified()).expect("a picture")).collect()

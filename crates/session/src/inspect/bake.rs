@@ -1,11 +1,11 @@
 //! What saved bakes and their tables are.
 
-use crate::{Adjust, Error, Session};
+use crate::{Adjust, Error, Local, Session};
 use std::collections::BTreeMap;
 use std::path::Path;
 use steradian_base::{Certificate, ParamValues};
-use steradian_formats::{TensorFile, read_ktx2_array};
-use steradian_techniques::{Card, IN_FOLDER, Made};
+use steradian_formats::{TensorFile, read_ktx2_array, read_tensors};
+use steradian_techniques::{Card, IN_FOLDER, Made, SavedLocal};
 
 /// A tensor of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,6 +25,25 @@ pub struct BakeFacts {
     pub card: &'static Card,
     /// What it was made of.
     pub made: Made,
+    /// Parameters that hold, the default ones too.
+    pub params: ParamValues,
+    /// Bytes that shading reads.
+    pub bytes: usize,
+    /// The error, and how it is known.
+    pub certificate: Certificate,
+    /// What the file holds.
+    pub tensors: Vec<TensorFacts>,
+    /// What it says of itself.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// What a saved bake of a technique for directional and point lights is.
+#[derive(Debug, Clone)]
+pub struct LocalBakeFacts {
+    /// The technique.
+    pub card: &'static Card,
+    /// Spec of the reflectance; files appear without their folders.
+    pub brdf: String,
     /// Parameters that hold, the default ones too.
     pub params: ParamValues,
     /// Bytes that shading reads.
@@ -104,6 +123,30 @@ impl Session {
             metadata: file.tensors.metadata.clone(),
             made: file.made,
         })
+    }
+
+    /// What a saved bake of a technique for directional and point lights is; `None` where `path` is something
+    /// else.
+    pub fn inspect_local_bake(&mut self, path: &Path) -> Result<Option<LocalBakeFacts>, Error> {
+        if !Local::is_file(&path.to_string_lossy()) || !path.is_file() {
+            return Ok(None);
+        }
+        let tensors = read_tensors(path, &self.limits())?;
+        if !SavedLocal::is_one(&tensors) {
+            return Ok(None);
+        }
+        let file = SavedLocal::of(path, tensors)?;
+        self.note_input(path);
+        let tensors = file.tensors.into_iter().map(|(name, shape, bytes)| TensorFacts { name, shape, bytes });
+        Ok(Some(LocalBakeFacts {
+            card: file.bake.card(),
+            brdf: file.brdf,
+            params: file.bake.params(),
+            bytes: file.bake.bytes(),
+            certificate: file.bake.certificate().clone(),
+            tensors: tensors.collect(),
+            metadata: file.metadata,
+        }))
     }
 
     /// What a texture is that holds a table of a bake, horizons or several images; `None` where it holds

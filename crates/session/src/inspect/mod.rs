@@ -12,7 +12,7 @@ mod slice;
 mod texture;
 mod transfer;
 
-pub use bake::{ArrayContent, ArrayFacts, BakeFacts, TensorFacts, is_bake};
+pub use bake::{ArrayContent, ArrayFacts, BakeFacts, LocalBakeFacts, TensorFacts, is_bake};
 pub use brdf::{BrdfFacts, brdf_models};
 pub use light::{Advice, EnvironmentFacts};
 pub use mesh::{MaterialFacts, MeshFacts, is_mesh};

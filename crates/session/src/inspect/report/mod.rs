@@ -75,6 +75,9 @@ impl Session {
         if let Some(facts) = self.inspect_probes(path)? {
             return Ok(probes::report(&facts, &name));
         }
+        if let Some(facts) = self.inspect_local_bake(path)? {
+            return Ok(bake::local(&facts, &name));
+        }
         if is_bake(what) {
             return Ok(bake::bake(&self.inspect_bake(path)?, &name));
         }
