@@ -348,6 +348,30 @@ mod tests {
         }
     }
 
+    /// The same bits by one thread and by three.
+    #[test]
+    fn threads_change_nothing() {
+        let all = spread(9);
+        let value = |x: usize, v: usize, l: usize| {
+            let h = (all[v] + all[l]).normalize();
+            [0.2, 0.3, 0.4].map(|a| ((a + h.z.powi(8 + 5 * x as i32)) * all[l].z) as f32)
+        };
+        let btf = Btf::of((7, 5), &all, &all, value).expect("a function");
+        let made = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| of_btf(&btf, 2, &|| true).expect("nobody stops it"))
+        };
+        let bits = |all: Vec<Texel>| -> Vec<u64> {
+            let lobe = |l: &Lobe| [l.rho[0], l.rho[1], l.rho[2], l.c.x, l.c.y, l.c.z, l.n].map(f64::to_bits);
+            let of = |t: &Texel| -> Vec<u64> {
+                let own = t.rho_d.iter().chain(&t.squares).map(|x| x.to_bits());
+                own.chain(t.lobes.iter().flat_map(lobe)).collect()
+            };
+            all.iter().flat_map(of).collect()
+        };
+        assert_eq!(bits(made(1)), bits(made(3)));
+    }
+
     /// Texel by texel from pictures; a surface without a lobe has none; whatever is shown, more lobes do not
     /// err more.
     #[test]

@@ -191,6 +191,31 @@ fn what_is_no_field_is_refused() {
     assert!(Horizons::new(&high, 8, &|| false).is_none());
 }
 
+/// The same bits by one thread and by three: horizons, ellipses, and links from texel to texel.
+#[test]
+fn threads_change_nothing() {
+    let f = field(61, 47, |i, j| (0.9 * i as f64).sin() + (0.7 * j as f64 + 0.2 * i as f64).cos());
+    let along = |texel: usize, k: usize| {
+        let (s, c) = (0.7 * k as f32 + 0.01 * texel as f32).sin_cos();
+        Vec3::new(0.8 * c, 0.8 * s, 0.6)
+    };
+    let made = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| {
+            let tables = Horizons::new(&f, 12, &go_on).expect("not stopped");
+            let all = (0..61 * 47).flat_map(|t| (0..12).map(move |k| (t, k)));
+            let horizons: Vec<u32> = all.map(|(t, k)| tables.sample(t, k).to_bits()).collect();
+            let ellipses = Ellipses::new(&f, &go_on).expect("not stopped").0;
+            let ellipses: Vec<u32> = ellipses.iter().flat_map(|e| e.0.map(f32::to_bits)).collect();
+            let links = Scattering::new(&f, 9, &along, &go_on).expect("not stopped");
+            (horizons, ellipses, links.links().to_vec())
+        })
+    };
+    let one = made(1);
+    assert!(one.2.iter().any(|l| *l != one.2[0]), "links differ");
+    assert!(one == made(3));
+}
+
 /// Real height maps with relief of 8 % of their side: texels that a light 60 and 75 degrees off the normal
 /// reaches or does not, over all azimuths.
 #[test]

@@ -465,3 +465,16 @@ fn local_bakes_are_saved_and_loaded() {
         ));
     }
 }
+
+/// Tables of every technique for local light have the same bits by one thread and by three.
+#[test]
+fn local_bakes_are_bit_identical_whatever_the_thread_count() {
+    let made = |threads: usize, t: &dyn AnyLocal, spec: &str| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| bake(t, spec, &[]).save().expect("no data of a mesh"))
+    };
+    for t in locals().iter().filter(|t| !t.needs_sites(&ParamValues::default())) {
+        let spec = t.card().specimens[0];
+        assert!(made(1, *t, spec) == made(3, *t, spec), "{}", t.card().slug);
+    }
+}
