@@ -428,19 +428,26 @@ fn finish_run<const N: usize>(
     back: &[[f64; N]; N],
 ) {
     let mut white = [WHITE; RUN];
-    for (t, (color, white)) in (from..).zip(color.iter_mut().zip(&mut white)) {
-        let shade = Shade::of([0, 1, 2].map(|c| f64::from(sums[c][t])));
-        (*color, *white) = (shade.color, shade.luminance);
+    for t in 0..color.len() {
+        let [r, g, b] = [sums[0][from + t], sums[1][from + t], sums[2][from + t]];
+        let shade = Shade::of([f64::from(r), f64::from(g), f64::from(b)]);
+        (color[t], white[t]) = (shade.color, shade.luminance);
     }
+    let n = planes[0].len();
     let along: Vec<Vec<f32>> = planes.iter().map(|plane| plane.to_vec()).collect();
-    let mut a = [0.0; RUN];
+    let mut sum = [0.0; RUN];
     for (plane, back) in planes.iter_mut().zip(back) {
+        let a = &mut sum[..n];
         a.fill(0.0);
         for (back, along) in back.iter().zip(&along) {
-            a.iter_mut().zip(along).for_each(|(a, x)| *a += back * f64::from(*x));
+            let x = &along[..n];
+            for t in 0..n {
+                a[t] += back * f64::from(x[t]);
+            }
         }
-        for ((to, a), white) in plane.iter_mut().zip(&a).zip(&white) {
-            *to = (white * a) as f32;
+        let (to, white) = (&mut plane[..n], &white[..n]);
+        for t in 0..n {
+            to[t] = (white[t] * a[t]) as f32;
         }
     }
 }
@@ -454,13 +461,14 @@ struct Shade {
 impl Shade {
     /// Of the sum over all photographs.
     fn of(sum: [f64; 3]) -> Self {
-        let largest = sum.iter().fold(0.0f64, |m, x| m.max(*x));
-        let total: f64 = sum.iter().zip(LUMINANCE).map(|(s, w)| s * w).sum();
+        let largest = sum[0].max(sum[1]).max(sum[2]);
+        let total = LUMINANCE[0] * sum[0] + LUMINANCE[1] * sum[1] + LUMINANCE[2] * sum[2];
         if total <= 0.0 {
             return Self { color: [255; 3], luminance: WHITE };
         }
         // Sums are not negative: rounded without a call.
-        let color = sum.map(|s| (255.0 * s / largest + 0.5) as u8);
+        let byte = 255.0 / largest;
+        let color = [(byte * sum[0] + 0.5) as u8, (byte * sum[1] + 0.5) as u8, (byte * sum[2] + 0.5) as u8];
         Self { color, luminance: WHITE * largest / total }
     }
 }
@@ -482,28 +490,38 @@ fn add_run<const N: usize>(
         let weights = LUMINANCE.map(|w| w as f32);
         for [r, g, b] in &mut planes {
             for (sum, x) in run[N..].iter_mut().zip([&*r, &*g, &*b]) {
-                sum.iter_mut().zip(x).for_each(|(s, x)| *s += x.max(0.0));
+                add_positive(sum, x);
             }
-            for ((r, g), b) in r.iter_mut().zip(&*g).zip(&*b) {
-                *r = weights[0] * *r + weights[1] * *g + weights[2] * *b;
+            for t in 0..RUN {
+                r[t] = weights[0] * r[t] + weights[1] * g[t] + weights[2] * b[t];
             }
         }
     }
     for (k, sum) in run[..N * channels.count()].iter_mut().enumerate() {
-        let light = |i: usize| (along[i][k % N], &planes[i][k / N]);
-        let mut i = 0;
-        // Two at a time, which are added one after the other.
-        while i + 2 <= all.len() {
-            let ((a, x), (b, y)) = (light(i), light(i + 1));
-            for ((s, x), y) in sum.iter_mut().zip(x).zip(y) {
-                *s = (*s + a * x) + b * y;
+        let mut lights = along.iter().zip(&planes).map(|(along, planes)| (along[k % N], &planes[k / N]));
+        while let Some(one) = lights.next() {
+            match lights.next() {
+                Some(other) => add_two(sum, one, other),
+                None => add_two(sum, one, (0.0, one.1)),
             }
-            i += 2;
         }
-        if i < all.len() {
-            let (a, x) = light(i);
-            sum.iter_mut().zip(x).for_each(|(s, x)| *s += a * x);
-        }
+    }
+}
+
+/// Adds what is above 0 of a run. Here and below loops count: closures that other loops go through may be
+/// compiled apart and called for each texel.
+fn add_positive(sum: &mut [f32], x: &[f32; RUN]) {
+    let x = &x[..sum.len()];
+    for t in 0..sum.len() {
+        sum[t] += x[t].max(0.0);
+    }
+}
+
+/// s + a x + b y of a run, added in this order: memory is gone over once for two photographs.
+fn add_two(sum: &mut [f32], (a, x): (f32, &[f32; RUN]), (b, y): (f32, &[f32; RUN])) {
+    let (x, y) = (&x[..sum.len()], &y[..sum.len()]);
+    for t in 0..sum.len() {
+        sum[t] = sum[t] + a * x[t] + b * y[t];
     }
 }
 
@@ -773,7 +791,7 @@ mod tests {
         assert!(singular(&e) && e.to_string().contains("one conic"), "{e}");
         // Two rings are two conics: six numbers are determined, nine harmonics are not.
         let two = |second: f64| -> Vec<DVec3> {
-            let z = |k: usize| if k % 2 == 0 { 0.8 } else { second };
+            let z = |k: usize| if k.is_multiple_of(2) { 0.8 } else { second };
             let at = |k: usize| (z(k), (1.0 - z(k) * z(k)).sqrt(), 0.5 * k as f64);
             (0..24).map(at).map(|(z, r, phi)| DVec3::new(r * phi.cos(), r * phi.sin(), z)).collect()
         };
@@ -855,7 +873,7 @@ mod tests {
     #[test]
     fn sums_in_single_precision_lose_no_more_than_rounded_photographs() {
         let ring = |height: f64| -> Vec<DVec3> {
-            let z = |k: usize| if k % 2 == 0 { 0.8 } else { height };
+            let z = |k: usize| if k.is_multiple_of(2) { 0.8 } else { height };
             let at = |k: usize| (z(k), (1.0 - z(k) * z(k)).sqrt(), 0.7 * k as f64);
             (0..60).map(at).map(|(z, r, phi)| DVec3::new(r * phi.cos(), r * phi.sin(), z)).collect()
         };

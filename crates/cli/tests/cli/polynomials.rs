@@ -87,7 +87,7 @@ fn lights_and_photographs_that_do_not_fit_are_refused() {
     photographs(d.path(), 12, [0.4, 0.4]);
     let list = fs::read_to_string(d.path().join(LIST)).expect("a list");
     let rings = |(k, line): (usize, &str)| match line.rsplit_once(' ') {
-        Some((rest, _)) if k % 2 == 0 => format!("{rest} 3"),
+        Some((rest, _)) if k.is_multiple_of(2) => format!("{rest} 3"),
         _ => line.to_string(),
     };
     let rings: Vec<String> = list.lines().enumerate().map(rings).collect();
