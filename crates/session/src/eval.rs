@@ -236,7 +236,9 @@ impl Session {
             let (n, of) = (1 + all.count(), answers.rows.len());
             self.warn(
                 "points",
-                format_args!("{n} of {of} get no light, the first is point {first}: do they lie inside the solid?"),
+                format_args!(
+                    "{n} of {of} get no light, the first is point {first}: do they lie inside the solid?"
+                ),
             );
         }
     }

@@ -83,8 +83,8 @@ pub use relief::{HORIZONS, HorizonFacts, HorizonForm, MAX_AZIMUTHS};
 pub use renderer::Renderer;
 pub use saved::light_as_baked;
 pub use scene::{
-    CameraRequest, FOV, GroundRequest, Model, Scene, SceneOverrides, SceneRequest, SurfaceRequest, is_scene_file,
-    make_tangents,
+    CameraRequest, FOV, GroundRequest, Model, Scene, SceneOverrides, SceneRequest, SurfaceRequest,
+    is_scene_file, make_tangents,
 };
 pub use session::{Backend, GpuPath, Session, Shadows};
 pub use steradian_base::{Missed, Outcome};

@@ -454,7 +454,8 @@ mod tests {
             ("sh_irradiance", "lambert:albedo=0.7", "homomorphic:resolution=16"),
         ];
         let parsed = |spec: &str| Local::parse(spec).expect("a local technique").expect("one");
-        let mut all: Vec<_> = close.into_iter().map(|(t, brdf, local)| (t, brdf, parsed(local), true)).collect();
+        let mut all: Vec<_> =
+            close.into_iter().map(|(t, brdf, local)| (t, brdf, parsed(local), true)).collect();
         for t in locals() {
             let pair = t.card().specimens.iter().find_map(|spec| {
                 let brdf = steradian_brdf::parse(spec).expect("a spec");

@@ -44,7 +44,11 @@ pub(super) fn columns(
             (if t.planes().is_empty() { bumps } else { data() }, relit, moved)
         }
         // What has no plain form is made of the reflectance or of its images alone.
-        None => (data(), Outcome::Holds("its bake takes no light".into()), Outcome::Holds("its bake takes no mesh".into())),
+        None => (
+            data(),
+            Outcome::Holds("its bake takes no light".into()),
+            Outcome::Holds("its bake takes no mesh".into()),
+        ),
     };
     let moved = if scatters(t) { Outcome::Fails("bakes on the mesh".into()) } else { moved };
     Ok(vec![varying, bumps, shadows, bounces, relit, moved])
@@ -58,7 +62,8 @@ fn varying(t: &'static dyn AnyLocal, task: &Task) -> Result<Option<Outcome>, Err
     let planes: Vec<_> = t.planes().iter().copied().filter(|p| TexelReflectance::reads(p.name)).collect();
     let material = specimens::material(brdf.clone(), &planes);
     let Some(texels) = TexelReflectance::of(&material) else { return Ok(None) };
-    let (Some(plain), Some(own)) = (AtPoints::new(t, Material::new(brdf.clone()), task), AtPoints::new(t, material, task))
+    let (Some(plain), Some(own)) =
+        (AtPoints::new(t, Material::new(brdf.clone()), task), AtPoints::new(t, material, task))
     else {
         return Ok(None);
     };
@@ -78,7 +83,11 @@ fn varying(t: &'static dyn AnyLocal, task: &Task) -> Result<Option<Outcome>, Err
     }
     let error = difference(&own.shade(&light, &buffer(&all, Vec3::ZERO, uv))?, &truth);
     let usual = plain.error(&light, &all, Vec3::ZERO)?;
-    let text = format!("numbers of each point: {:.1} % off, {:.1} % where all are one", 100.0 * error, 100.0 * usual);
+    let text = format!(
+        "numbers of each point: {:.1} % off, {:.1} % where all are one",
+        100.0 * error,
+        100.0 * usual
+    );
     Ok(Some(judged(error, usual, text)))
 }
 
@@ -128,8 +137,7 @@ impl AtPoints {
         let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
         let direct = lights.direct(&View::default());
         direct.add(&*self.material.brdf, &q.as_points(), &mut Radiance::of(&mut rgb));
-        let truth: Vec<[f64; 3]> =
-            (0..q.len()).map(|i| [0, 1, 2].map(|c| f64::from(rgb[c][i]))).collect();
+        let truth: Vec<[f64; 3]> = (0..q.len()).map(|i| [0, 1, 2].map(|c| f64::from(rgb[c][i]))).collect();
         Ok(difference(&self.shade(lights, &q)?, &truth))
     }
 

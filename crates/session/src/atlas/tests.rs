@@ -63,7 +63,10 @@ fn local_techniques_are_seen_to_keep_their_claims() {
             measured += usize::from(text.contains("% off"));
             // Pictures, which are not made here, tell of shadows, reflections and data per texel.
             let pictured = text.contains("no data per texel") || text.contains("around a point");
-            assert!(!claims(&card.capabilities) || pictured || matches!(outcome, Outcome::Holds(_)), "{text}");
+            assert!(
+                !claims(&card.capabilities) || pictured || matches!(outcome, Outcome::Holds(_)),
+                "{text}"
+            );
         }
     }
     assert!(measured > 25, "{measured}");

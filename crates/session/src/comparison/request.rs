@@ -2,11 +2,11 @@
 
 use super::{Finding, Kept, Sweep, Swept, digest, mark as file_mark};
 use crate::compare::Plan;
-use crate::{
-    Adjust, DEFAULT_SKY, Error, Local, Material, Method, Renderer, Scene, SceneOverrides, Session,
-    Shadows, is_scene_file, light_as_baked, make_tangents,
-};
 use crate::scene::{materials, opened};
+use crate::{
+    Adjust, DEFAULT_SKY, Error, Local, Material, Method, Renderer, Scene, SceneOverrides, Session, Shadows,
+    is_scene_file, light_as_baked, make_tangents,
+};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! Scene files: what they refer to is loaded here.
 
-use crate::inputs::{self, Adjust, Method};
 use super::{complete, make_tangents};
+use crate::inputs::{self, Adjust, Method};
 use crate::{Error, Kind, Local, Material, Scene, Session, has_extension};
 use glam::Affine3A;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,9 @@
 //! A scene by the names of its parts, as a command line or a form gives them.
 
 use super::{FOV, Scene, is_scene_file};
-use crate::{Adjust, DEFAULT_SKY, Error, Local, Material, Method, Model, SceneOverrides, Session, make_tangents};
+use crate::{
+    Adjust, DEFAULT_SKY, Error, Local, Material, Method, Model, SceneOverrides, Session, make_tangents,
+};
 use glam::{Affine3A, Vec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -195,7 +197,8 @@ fn of_mesh(o: &SceneRequest, session: &mut Session) -> Result<Scene, Error> {
     let mut model = session.model(&o.input)?;
     let maps = maps(o, &model.mesh, session)?;
     let local = opened(o.local.as_ref(), session)?.flatten();
-    let usual = Material { method, params: s.params.clone(), local, maps, ..Material::new(session.brdf("lambert")?) };
+    let usual =
+        Material { method, params: s.params.clone(), local, maps, ..Material::new(session.brdf("lambert")?) };
     let usual = session.open_material(usual, None)?;
     usual.check_mesh(&model.mesh, &o.input)?;
     if usual.maps.normal.is_some() || usual.is_textured() {
@@ -288,7 +291,8 @@ fn tell_materials(o: &SceneRequest, model: &Model, given: bool, session: &Sessio
     if given {
         let own = materials.iter().filter(|m| m.base_colour.is_some()).count();
         if own > 0 && o.surface.base_colour.is_none() {
-            session.say(format_args!("{name}: base colours of {own} of its materials multiply the reflectance"));
+            session
+                .say(format_args!("{name}: base colours of {own} of its materials multiply the reflectance"));
         }
         return;
     }
@@ -375,7 +379,10 @@ mod tests {
                 ..SurfaceRequest::default()
             },
             method: Some(Method::find("split_sum").unwrap()),
-            ground: Some(GroundRequest { brdf: "lambert".into(), technique: Some("prt_diffuse:bands=3".into()) }),
+            ground: Some(GroundRequest {
+                brdf: "lambert".into(),
+                technique: Some("prt_diffuse:bands=3".into()),
+            }),
             camera: CameraRequest { fov: Some(20.0), ..CameraRequest::default() },
             size: Some((64, 32)),
             exposure: Some(Some(1.0)),
@@ -399,7 +406,8 @@ mod tests {
         let plain = GroundRequest { brdf: "lambert".into(), technique: None };
         let request = SceneRequest { ground: Some(plain), ..request };
         let ground = session.scene(&request).unwrap().ground.unwrap();
-        let taken = (steradian_techniques::find("split_sum").unwrap().card().materials)(&*ground.brdf).is_ok();
+        let taken =
+            (steradian_techniques::find("split_sum").unwrap().card().materials)(&*ground.brdf).is_ok();
         assert_eq!(ground.method.is_some(), taken);
     }
 
@@ -430,6 +438,9 @@ mod tests {
             Some(GroundRequest { brdf: brdf.into(), technique: Some(technique.into()) })
         };
         refused(SceneRequest { ground: ground("lambert", "path"), ..of("sphere") }, "shades all of a scene");
-        refused(SceneRequest { ground: ground("ggx:alpha=0.3", "prt_diffuse"), ..of("sphere") }, "takes lambert only");
+        refused(
+            SceneRequest { ground: ground("ggx:alpha=0.3", "prt_diffuse"), ..of("sphere") },
+            "takes lambert only",
+        );
     }
 }

@@ -78,7 +78,12 @@ impl Paths<'_> {
     }
 
     /// What `shade` errs by, and the noise of what it is held against, relative like the errors.
-    pub fn errors(&self, slug: &'static str, task: &Task, shade: Shade<'_>) -> Result<(Errors, f64), BakeError> {
+    pub fn errors(
+        &self,
+        slug: &'static str,
+        task: &Task,
+        shade: Shade<'_>,
+    ) -> Result<(Errors, f64), BakeError> {
         let sample = self.spots(slug)?;
         let image = self.lights.environment.as_ref().and_then(|e| SphereDistribution::new(&e.image));
         let (mut q, mut views) = (PointsBuf::default(), Vec::new());
@@ -368,11 +373,18 @@ mod tests {
     fn elevations_are_measured_whatever_was_computed() {
         let geometry = Geometry::new(Arc::new(shapes::icosphere(3)), Sites::Vertices);
         let (lights, brdf) = (crate::shared::trials::lights::furnace(), parse("lambert:albedo=0.5").unwrap());
-        let paths =
-            Paths { geometry: &geometry, lights: &lights, brdf: &*brdf, events: 1, points: SITES, projected: false };
+        let paths = Paths {
+            geometry: &geometry,
+            lights: &lights,
+            brdf: &*brdf,
+            events: 1,
+            points: SITES,
+            projected: false,
+        };
         let tiny = |degrees: f64| Elevation::measured([degrees.to_radians(); 2], 1e-6);
         let report = Report::estimated(1e-6, vec![tiny(0.0), tiny(80.0)]);
-        let shade = |_: &crate::Points<'_>, out: &mut Radiance<'_>| out.rgb.iter_mut().for_each(|c| c.fill(0.55));
+        let shade =
+            |_: &crate::Points<'_>, out: &mut Radiance<'_>| out.rgb.iter_mut().for_each(|c| c.fill(0.55));
         let c = paths.certificate("a", &report, &Task::quiet(), &shade).unwrap();
         for degrees in [5.0f64, 40.0, 70.0] {
             let error = c.at(degrees.to_radians()).expect("an elevation");

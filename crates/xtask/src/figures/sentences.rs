@@ -179,7 +179,9 @@ fn shadows() -> Result<()> {
             let (s, c) = degrees.to_radians().sin_cos();
             let mut wrong = [0usize; 4];
             for l in 0..LIGHTS {
-                let phi = TAU * (l as f64 + 0.37) / LIGHTS as f64;
+                // Each light at another place between two azimuths of the tables, in another direction.
+                let place = (l as f64 + 0.5) / LIGHTS as f64;
+                let phi = TAU * ((5 * l % LIGHTS) as f64 + place) / LIGHTS as f64;
                 let d = DVec3::new(s * phi.cos(), s * phi.sin(), c);
                 for k in 0..SIDE * SIDE {
                     let (i, j) = (k % SIDE, k / SIDE);

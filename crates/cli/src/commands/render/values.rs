@@ -38,7 +38,8 @@ pub fn tone_mapper(text: &str) -> Result<ToneMapper, String> {
 
 pub fn normal_filtering(text: &str) -> Result<NormalFiltering, String> {
     let names = NormalFiltering::ALL.map(|a| a.0);
-    NormalFiltering::from_name(text).ok_or_else(|| steradian_base::unknown("filtering of normals", text, &names))
+    NormalFiltering::from_name(text)
+        .ok_or_else(|| steradian_base::unknown("filtering of normals", text, &names))
 }
 
 pub fn background(text: &str) -> Result<SceneBackground, String> {

@@ -257,7 +257,8 @@ impl LocalShading for Scattered {
         let sizes = [self.rows.directions as f32, self.rows.vertices() as f32, shadowed, 0.0];
         text.uniforms.push(Uniform { name: "local_scatter", value: Value::Vec4(sizes) });
         text.buffers.push(Buffer::new("local_rows", self.rows.stride, self.rows.data.clone()));
-        let mut technique = local::run_by(super::SLUG, text, &self.lights, (include_str!("shade.wgsl"), true));
+        let mut technique =
+            local::run_by(super::SLUG, text, &self.lights, (include_str!("shade.wgsl"), true));
         technique.modules.push(shadow::OPEN.into());
         Some(technique)
     }

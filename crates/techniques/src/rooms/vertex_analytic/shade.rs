@@ -190,7 +190,11 @@ impl LocalShading for Corners {
                 number("local_groups", groups.len()),
                 number("local_shadowed", usize::from(groups.len() == self.lights.len())),
             ],
-            buffers: vec![Buffer::new("local_corners", 3 * groups.len(), (0..vertices).flat_map(corner).collect())],
+            buffers: vec![Buffer::new(
+                "local_corners",
+                3 * groups.len(),
+                (0..vertices).flat_map(corner).collect(),
+            )],
         };
         let run = (include_str!("shade.wgsl"), true);
         let mut technique = local::run_by(VertexAnalytic::CARD.slug, text, &self.lights, run);
