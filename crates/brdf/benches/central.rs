@@ -1,5 +1,5 @@
-//! How long coefficients about a centre take, on one thread, and as a multiple of a million evaluations of
-//! f_cos. `cargo bench -p steradian-brdf --bench central`
+//! Measures the time that coefficients about a centre take on one thread, also as a multiple of a million
+//! evaluations of f_cos. `cargo bench -p steradian-brdf --bench central`
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

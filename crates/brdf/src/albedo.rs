@@ -1,4 +1,4 @@
-//! How much light a reflectance sends back: directional and hemispherical albedo.
+//! Directional and hemispherical albedo of a reflectance.
 
 use crate::adaptive::{Estimate, graded, integrate};
 use crate::{Brdf, Domain, Lobe};
@@ -114,7 +114,7 @@ impl Plan {
         graded(-PI, PI, &self.phis)
     }
 
-    /// Where the meridian of φ meets the horizon: z = a_z cos θ + u_z sin θ cos φ = 0.
+    /// Polar angle at which the meridian of φ meets the horizon: z = a_z cos θ + u_z sin θ cos φ = 0.
     fn horizon(&self, phi: f64) -> f64 {
         if self.hemisphere { self.axis.z.max(0.0).atan2(-self.u.z * phi.cos()) } else { PI }
     }

@@ -1,4 +1,5 @@
-// atan2 to 2e-7 (WGSL allows 4096 ulp). Moshier 1992, Cephes, atanf: reduction at tan(pi/8), odd polynomial of degree 9.
+// atan2 to 2e-7 (WGSL allows 4096 ulp). Moshier 1992, Cephes, atanf: reduction at tan(pi/8), odd polynomial
+// of degree 9.
 fn brdf_atan2(y: f32, x: f32) -> f32 {
     let a = abs(x);
     let b = abs(y);

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use std::fmt::Debug;
 use steradian_base::ParamInfo;
 
-/// Where f_cos may be non-zero.
+/// Directions of light for which f_cos may be non-zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Domain {
     /// wi above the horizon only.
@@ -14,10 +14,10 @@ pub enum Domain {
     Sphere,
 }
 
-/// How reciprocity or energy conservation holds.
+/// Statement of how far reciprocity or energy conservation holds.
 pub type Statement = &'static str;
 
-/// What a model says of itself; `inspect brdf:SPEC` prints it.
+/// Description of a model; `inspect brdf:SPEC` prints it.
 #[derive(Debug, Clone, Copy)]
 pub struct Info {
     /// Name in a spec string.
@@ -26,9 +26,9 @@ pub struct Info {
     pub source: &'static str,
     /// The formula.
     pub formula: &'static str,
-    /// Units of what the formula gives.
+    /// Units of the formula's value.
     pub units: &'static str,
-    /// Parameters; every model takes `scale` beside them.
+    /// Parameters of the model; `scale`, which every model takes, is not listed.
     pub parameters: &'static [ParamInfo],
     /// Is f(wi, wo) = f(wo, wi)?
     pub reciprocity: Statement,
@@ -36,7 +36,7 @@ pub struct Info {
     pub energy: Statement,
 }
 
-/// Where f_cos(·, wo) is concentrated: integrators refine there. All in the local frame.
+/// Directions about which f_cos(·, wo) is concentrated, in the local frame: integrators refine there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lobe {
     /// A peak around `axis` whose narrowest angular standard deviation is about `width` radians.
@@ -79,21 +79,21 @@ pub type SharedBrdf = std::sync::Arc<dyn Brdf>;
 /// Reflectance in the local frame (t = x, b = y, n = z); `wi` points to the light, `wo` to the viewer, both
 /// away from the surface and of unit length. Values are per RGB channel.
 pub trait Brdf: Debug + Send + Sync {
-    /// What the model is.
+    /// Description of the model.
     fn info(&self) -> &'static Info;
 
     /// The spec string that makes this very reflectance.
     fn spec(&self) -> String;
 
-    /// What the files hold that the spec names, in the order of the model's own: with it
-    /// ([`crate::Files::Held`]) the spec makes the reflectance again without the files. `None` where the spec
+    /// Contents of the files that the spec names, as numbers in an order of the model's own. With them
+    /// ([`crate::Files::Held`]) the spec restores the reflectance without the files. `None` where the spec
     /// names none.
     fn held(&self) -> Option<Vec<f64>> {
         None
     }
 
-    /// What was found in the measurements that whoever uses them should know, one line each: cells that are
-    /// missing and how they were filled, negative values. Empty for formulas.
+    /// Findings in the measurements that users should know, one line each: missing cells and how they were
+    /// filled, negative values. Empty for formulas.
     fn notes(&self) -> Vec<String> {
         Vec::new()
     }
@@ -109,15 +109,15 @@ pub trait Brdf: Debug + Send + Sync {
         self.eval(wi, wo).map(|f| f * wi.z)
     }
 
-    /// [`Brdf::f_cos`] of many directions to the light, into `out`: one call through the trait, and what
-    /// depends on `wo` alone is computed once.
+    /// [`Brdf::f_cos`] for many directions to the light, into `out`: one call through the trait, and terms
+    /// that depend on `wo` alone are computed once.
     fn f_cos_batch(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
         for (f, wi) in out.iter_mut().zip(wi) {
             *f = self.f_cos(*wi, wo);
         }
     }
 
-    /// Where `f_cos` may be non-zero.
+    /// Directions of light for which `f_cos` may be non-zero.
     fn domain(&self) -> Domain {
         Domain::Hemisphere
     }
@@ -127,11 +127,11 @@ pub trait Brdf: Debug + Send + Sync {
         true
     }
 
-    /// Where f_cos(·, wo) is concentrated; empty for smooth reflectance.
+    /// The directions about which f_cos(·, wo) is concentrated; empty for smooth reflectance.
     fn lobes(&self, wo: DVec3) -> Vec<Lobe>;
 
-    /// How sharply f_cos varies where, as direct lights need it; by default the narrowest lobe at normal
-    /// view.
+    /// Location and width of the narrowest features of f_cos, as quadrature over direct lights needs them; by
+    /// default the narrowest lobe at normal view, at an unknown location.
     fn peak(&self) -> Peak {
         let width = |l: &Lobe| match *l {
             Lobe::Axis { width, .. } | Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,
@@ -140,12 +140,12 @@ pub trait Brdf: Debug + Send + Sync {
         narrowest.map_or(Peak::Smooth, |width| Peak::Anywhere { width })
     }
 
-    /// The reflectance as plain data, where it is of a family that techniques know.
+    /// The reflectance as plain data, where it belongs to a family of [`Form`].
     fn form(&self) -> Form {
         Form::Other
     }
 
-    /// The same reflectance as plain data for a GPU; `None` where it has no WGSL text.
+    /// The reflectance as plain data for a GPU; `None` where it has no WGSL text.
     fn shader(&self) -> Option<BrdfShader> {
         None
     }

@@ -1,4 +1,4 @@
-//! What every model must hold, by its own claims.
+//! Checks that every model must pass, by its own claims.
 
 use crate::albedo::{directional, integral};
 use crate::math::{largest, spherical};
@@ -260,7 +260,7 @@ fn samples_follow_their_density() {
     }
 }
 
-/// The albedo from the model's own sampling, which knows nothing of the hints.
+/// The albedo by the model's own sampling, which does not use the hints.
 fn sampled_albedo(b: &dyn Brdf, wo: DVec3, n: usize) -> f64 {
     let weights = points(n).filter_map(|u| b.sample(wo, u)).map(|s| b.f_cos(s.wi, wo)[0] / s.pdf);
     weights.inspect(|w| assert!(w.is_finite())).sum::<f64>() / n as f64
@@ -278,7 +278,7 @@ fn hints_find_the_whole_of_the_light() {
     }
 }
 
-/// In widths of the nearest hint.
+/// Angle from `w` to the nearest hint, in widths of that hint.
 fn distance(lobes: &[Lobe], w: DVec3) -> f64 {
     let angle = |a: DVec3| a.cross(w).length().atan2(a.dot(w));
     let d = lobes.iter().map(|l| match *l {
@@ -371,8 +371,8 @@ fn errors_say_what_is_accepted() {
     }
 }
 
-/// What every measured reflectance must hold: dark below the horizon, finite, sampled by its density, and
-/// integrated by its hints to what its own sampling finds.
+/// Checks that every measured reflectance must pass: dark below the horizon, finite, sampled by its stated
+/// density, and with equal integrals by its hints and by its own sampling.
 pub(crate) fn check_measured(b: &dyn Brdf) {
     let spec = b.spec();
     let below = |w: DVec3| DVec3::new(w.x, w.y, -w.z);

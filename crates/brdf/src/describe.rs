@@ -1,4 +1,4 @@
-//! What `inspect brdf:SPEC` says.
+//! Contents of `inspect brdf:SPEC`.
 
 use crate::spec::parameters;
 use crate::{Domain, Info, SharedBrdf, SpecError, albedo, parse};
@@ -17,14 +17,14 @@ pub struct Description {
     pub spec: String,
     /// Does f depend on the azimuth difference only?
     pub isotropic: bool,
-    /// Where f_cos may be non-zero.
+    /// Directions of light for which f_cos may be non-zero.
     pub domain: Domain,
     /// Directional albedo per channel at [`ALBEDO_DEGREES`]; for anisotropic models wo lies in the plane of t
     /// and n.
     pub directional: [[f64; 3]; 4],
     /// Share of uniform light that comes back, per channel.
     pub hemispherical: [f64; 3],
-    /// What was found in the measurements ([`crate::Brdf::notes`]).
+    /// Findings in the measurements ([`crate::Brdf::notes`]).
     pub notes: Vec<String>,
 }
 
@@ -33,7 +33,7 @@ pub fn describe(spec: &str) -> Result<Description, SpecError> {
     Ok(describe_brdf(&parse(spec)?))
 }
 
-/// The same of a reflectance at hand.
+/// The description of a reflectance that is already loaded.
 pub fn describe_brdf(brdf: &SharedBrdf) -> Description {
     let at = |degrees: f64| {
         let (s, c) = degrees.to_radians().sin_cos();

@@ -88,7 +88,7 @@ pub struct DfgTable {
 }
 
 impl DfgTable {
-    /// The table of GGX; `size` of 64 … 256 is usual.
+    /// The table of GGX; sizes of 64 … 256 are common.
     pub fn ggx(size: usize) -> Self {
         let at = |k: usize| (k as f64 + 0.5) / size as f64;
         let texel = |k: usize| {
@@ -114,7 +114,7 @@ impl DfgTable {
         Dfg { scale: mix(0), bias: mix(1) }
     }
 
-    /// The texel below `v` (0 … 1) in a row of `size`, and how far it is to the next.
+    /// Index of the texel below `v` (0 … 1) in a row of `size`, and the distance from it in texels.
     fn split_at(size: usize, v: f64) -> (usize, f64) {
         let x = (v * size as f64 - 0.5).clamp(0.0, size.saturating_sub(1) as f64);
         (x as usize, x.fract())

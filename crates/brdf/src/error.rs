@@ -1,4 +1,4 @@
-//! What can be wrong with a spec string.
+//! Errors of spec strings.
 
 use steradian_base::{ParamError, brief};
 use steradian_formats::FormatError;
@@ -9,11 +9,11 @@ pub enum SpecError {
     /// No such model.
     #[error("no BRDF model '{}'{}; there are: {}", brief(.name), suggest(.nearest), .available.join(", "))]
     UnknownModel {
-        /// What was written.
+        /// The name as written.
         name: String,
-        /// The nearest known name.
+        /// The nearest valid name.
         nearest: Option<&'static str>,
-        /// What exists.
+        /// All valid names.
         available: Vec<&'static str>,
     },
     /// A key that the model does not have, a value that cannot be used, or a key that is missing.
@@ -21,7 +21,7 @@ pub enum SpecError {
     Param {
         /// The model.
         model: &'static str,
-        /// What is wrong.
+        /// The fault.
         error: ParamError,
     },
     /// Keys that do not go together, or a file that is missing.
@@ -29,7 +29,7 @@ pub enum SpecError {
     Syntax {
         /// The model.
         model: &'static str,
-        /// What is wrong and how to write it.
+        /// The fault and how to correct it.
         what: String,
     },
     /// No such published set or material.
@@ -37,14 +37,14 @@ pub enum SpecError {
     UnknownSet {
         /// The model.
         model: &'static str,
-        /// What was written.
+        /// The name as written.
         name: String,
-        /// The nearest known name.
+        /// The nearest valid name.
         nearest: Option<&'static str>,
-        /// What exists.
+        /// All valid names.
         available: Vec<&'static str>,
     },
-    /// A file of parameters that cannot be read or does not hold what it should.
+    /// A file of parameters that cannot be read or has the wrong contents.
     #[error("{}: {what}", brief(.file))]
     File {
         /// The file.

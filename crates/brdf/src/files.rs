@@ -4,21 +4,22 @@ use crate::SpecError;
 use std::path::{Path, PathBuf};
 use steradian_formats::{FormatError, file_below, read_file};
 
-/// Which files a spec string may open.
+/// Files that a spec string may open.
 #[derive(Debug, Clone, Copy)]
 pub enum Files<'a> {
     /// None. For specs that are data.
     None,
-    /// Those in this folder or below it, by names relative to it. For specs in a file of that folder.
+    /// Files in this folder or below it, by relative names. For specs in a file of that folder.
     Below(&'a Path),
     /// Any. For specs that a user writes.
     Any,
-    /// None: what they would have held is here, as [`crate::Brdf::held`] gave it.
+    /// None: their contents are these numbers, from [`crate::Brdf::held`].
     Held(&'a [f64]),
 }
 
 impl Files<'_> {
-    /// Path and text of a file that a spec names, which is `what` and has at most `most` bytes.
+    /// Path and text of a file that a spec names. The file may have at most `most` bytes; messages call it
+    /// `what`.
     pub(crate) fn read(self, name: &Path, most: u64, what: &str) -> Result<(PathBuf, String), SpecError> {
         let (path, bytes) = self.bytes(name, most, what)?;
         match String::from_utf8(bytes) {
@@ -27,7 +28,8 @@ impl Files<'_> {
         }
     }
 
-    /// Path and content of a file that a spec names, which is `what` and has at most `most` bytes.
+    /// Path and content of a file that a spec names. The file may have at most `most` bytes; messages call it
+    /// `what`.
     pub(crate) fn bytes(self, name: &Path, most: u64, what: &str) -> Result<(PathBuf, Vec<u8>), SpecError> {
         let fault = |path: PathBuf, what: String| SpecError::File { file: path.display().to_string(), what };
         let path = match self {

@@ -6,9 +6,9 @@ use crate::model::lafortune::Lafortune;
 use crate::model::strand;
 use crate::model::ward;
 
-/// The analytic family of a reflectance with its numbers, for techniques that know the family: they match on
-/// this, never on a name. Formulas and sources stand on the pages of the models that have the form; a
-/// reflectance of one's own may have it too, where it is that function.
+/// The analytic family of a reflectance with its numbers, for techniques that are made for it: they match on
+/// this, never on a name. Formulas and sources are on the pages of the models that have the form; a user's
+/// own reflectance may return it too, where it is that function.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Form {
     /// f = albedo/π ([`crate::model::lambert`]).
@@ -93,7 +93,7 @@ pub enum Form {
     },
     /// A power of the cosine between wi and a cone about the tangent ([`crate::model::strand`]).
     Strand {
-        /// Which cone, and what of the cosine is in the formula.
+        /// The cone, and whether the formula includes the cosine.
         kind: strand::Kind,
         /// Exponent.
         n: f64,
@@ -104,7 +104,7 @@ pub enum Form {
     Lafortune(Lafortune),
     /// A diffuse part and spherical Gaussians by the view ([`crate::model::lobes`]).
     Gaussians(GaussianFit),
-    /// None of these.
+    /// Any other.
     #[default]
     Other,
 }
@@ -152,7 +152,7 @@ mod tests {
     use glam::DVec3;
     use std::f64::consts::PI;
 
-    /// What a form says is what the reflectance is, with a factor before it too.
+    /// The numbers of a form reproduce the reflectance, also with a factor.
     #[test]
     fn forms_hold_the_numbers() {
         let (wi, wo) = (DVec3::new(0.3, 0.2, 0.9).normalize(), DVec3::new(-0.4, 0.1, 0.8).normalize());

@@ -1,4 +1,4 @@
-//! Where a half-vector lobe puts its light: hints for integrators.
+//! Hints for integrators: the directions in which a lobe of half vectors has its light.
 
 use crate::math::{around, mirror};
 use crate::{Brdf, Lobe};

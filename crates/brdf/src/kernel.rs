@@ -23,7 +23,7 @@ impl NormalKernel {
         self.brdf.f_cos(DVec3::new((1.0 - c * c).sqrt(), 0.0, c), DVec3::Z)
     }
 
-    /// The same at an angle, which is accurate for narrow lobes.
+    /// The value at an angle, accurate for narrow lobes.
     pub fn at_angle(&self, theta: f64) -> [f64; 3] {
         let (s, c) = theta.sin_cos();
         self.brdf.f_cos(DVec3::new(s, 0.0, c), DVec3::Z)

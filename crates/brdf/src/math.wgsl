@@ -2,7 +2,7 @@
 // first members are `scale` (w: 1 for the whole sphere) and `peak` (kind, narrow, wide).
 const BRDF_PI: f32 = 3.14159265358979;
 const BRDF_INV_PI: f32 = 0.318309886183791;
-// Stands for the double's 1e-150: products of two stay in range.
+// Instead of the 1e-150 of double precision: products of two such numbers stay in range.
 const BRDF_TINY: f32 = 1e-18;
 
 fn brdf_value(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {

@@ -1,10 +1,11 @@
-//! How sharply a reflectance varies, as plain data: what direct lights of some size need to know of it.
+//! Width and location of a reflectance's narrowest features, as plain data, for quadrature over direct
+//! lights.
 
 use crate::math::mirror;
 use glam::DVec3;
 
-/// Where f_cos(·, wo) has its ridge, and how wide that is: cheap enough for every point and light, on a CPU
-/// and on a GPU. Widths are standard deviations in wi, radians, at normal view.
+/// Position and width of the ridge of f_cos(·, wo): cheap enough for every point and light, on a CPU and on a
+/// GPU. Widths are standard deviations in wi, radians, at normal view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Peak {
     /// No ridge: f_cos varies with the angles themselves.
@@ -31,9 +32,9 @@ pub enum Peak {
     },
 }
 
-/// Nothing varies more slowly, radians.
+/// Largest width, radians: no reflectance is treated as smoother.
 const SMOOTH: f64 = 0.6;
-/// Mean cosines below this narrow no further.
+/// Mean cosines are clamped to this, so that the peak does not become narrower still.
 const GRAZING: f64 = 1e-4;
 
 impl Peak {
@@ -61,7 +62,7 @@ impl Peak {
         }
     }
 
-    /// Kind, narrow, wide: what WGSL's `brdf_scale` reads.
+    /// Kind, narrow, wide, in the order in which WGSL's `brdf_scale` reads them.
     pub(crate) fn packed(&self) -> [f32; 3] {
         match *self {
             Self::Smooth => [0.0, 1.0, 1.0],

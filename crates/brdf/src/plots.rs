@@ -5,7 +5,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-/// What a plot shows.
+/// Options of a plot.
 #[derive(Debug, Clone)]
 pub struct PlotOptions {
     /// Polar angles of wo in degrees, at most five.

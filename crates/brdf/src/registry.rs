@@ -1,4 +1,4 @@
-//! Which models there are, and how a spec string becomes one.
+//! The list of models, and the parsing of spec strings.
 
 use crate::scaled::Scaled;
 use crate::spec::{Args, SCALE};
@@ -38,7 +38,7 @@ pub fn parse_with(spec: &str, files: Files<'_>) -> Result<SharedBrdf, SpecError>
     parse_noting(spec, files, &mut Vec::new())
 }
 
-/// [`parse_with`] that notes which files it has read: what a reflectance is made of, for its provenance.
+/// [`parse_with`] that also returns the files that it has read, for provenance.
 pub fn parse_noting(
     spec: &str,
     files: Files<'_>,
@@ -52,9 +52,9 @@ pub fn parse_noting(
     Ok(if scale == [1.0; 3] { brdf } else { Arc::new(Scaled { brdf, scale }) })
 }
 
-/// A spec without the folders of the files that it names: what leaves the machine.
+/// A spec without the folders of the files that it names, for data that leave the machine.
 pub fn spec_without_folders(spec: &str) -> String {
-    // What is no spec of ours is treated as any other argument.
+    // An invalid spec is treated like any other command-line argument.
     read(spec, Files::None).map_or_else(|_| without_folders(spec), |(_, args)| args.spec_without_folders())
 }
 

@@ -8,7 +8,7 @@ use steradian_base::Value;
 /// `scale · f`, per channel.
 #[derive(Debug)]
 pub struct Scaled {
-    /// What is scaled.
+    /// The reflectance before scaling.
     pub brdf: SharedBrdf,
     /// Per channel.
     pub scale: [f64; 3],

@@ -4,14 +4,14 @@ use crate::{Domain, Peak};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// `fn brdf_atan2(y: f32, x: f32) -> f32`, right to 2e-7: WGSL's own atan2 may be off by 4096 units in the
-/// last place, which shows where a lookup by angle meets large values that cancel.
+/// `fn brdf_atan2(y: f32, x: f32) -> f32`, accurate to 2e-7: WGSL's own atan2 may be off by 4096 units in the
+/// last place, which is visible where a lookup by angle reads large values that cancel.
 pub const ATAN2: &str = include_str!("atan2.wgsl");
 
 /// Cells of a [`BrdfShader`] at most: 8192 rows of 2048, the texture that every device has room for.
 pub const MAX_CELLS: usize = 1 << 24;
 
-/// What every model's text may call: the twin of `math.rs`.
+/// Functions for every model's text: the twin of `math.rs`.
 const MATH: &str = include_str!("math.wgsl");
 
 /// The default of [`crate::Brdf::f_cos`].
@@ -59,12 +59,12 @@ impl BrdfShader {
         Self { source: source.into(), uniforms, cells: None }
     }
 
-    /// The same with numbers that are too many for uniforms.
+    /// The shader with numbers that are too many for uniforms.
     pub(crate) fn with_cells(self, cells: Arc<Vec<[f32; 3]>>) -> Self {
         Self { cells: Some(cells), ..self }
     }
 
-    /// The same times `factor`, per channel.
+    /// The shader with f multiplied by `factor`, per channel.
     pub(crate) fn scaled(mut self, factor: [f64; 3]) -> Self {
         for (to, by) in self.uniforms[0].iter_mut().zip(factor) {
             *to *= by as f32;

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use steradian_base::{ParamError, ParamInfo, ParamValues, Value};
 
-/// Every model takes it.
+/// Parameter of every model.
 pub(crate) const SCALE: ParamInfo = ParamInfo::rgb("scale", [0.0, f64::INFINITY], 1.0, "factor of the whole");
 
 /// Everything that specs of a model may say.
@@ -31,7 +31,7 @@ pub(crate) struct Args<'a> {
 }
 
 impl<'a> Args<'a> {
-    /// Reads `body`, which is what follows `name:`; refuses what the model does not take.
+    /// Reads `body`, the part after `name:`; refuses arguments that the model does not have.
     pub fn new(info: &'static Info, body: &str, files: Files<'a>) -> Result<Self, SpecError> {
         let parameters = parameters(info);
         let values = ParamValues::parse(body, &parameters);
@@ -96,21 +96,22 @@ impl<'a> Args<'a> {
         if let Some(Value::File(path)) = self.values.0.get(key) { Some(path.clone()) } else { None }
     }
 
-    /// The text of a file that the spec names or implies, which is `what` and has at most `most` bytes.
+    /// Text of a file that the spec names or implies. The file may have at most `most` bytes; messages call
+    /// it `what`.
     pub fn read(&self, path: &Path, most: u64, what: &str) -> Result<String, SpecError> {
         let (path, text) = self.files.read(path, most, what)?;
         self.opened.borrow_mut().push(path);
         Ok(text)
     }
 
-    /// The content of such a file, which need not be text.
+    /// Content of a file that the spec names or implies; unlike that of `read` it need not be text.
     pub fn bytes(&self, path: &Path, most: u64, what: &str) -> Result<Vec<u8>, SpecError> {
         let (path, bytes) = self.files.bytes(path, most, what)?;
         self.opened.borrow_mut().push(path);
         Ok(bytes)
     }
 
-    /// What the files would have held.
+    /// Contents that replace the files, if given.
     pub fn held(&self) -> Option<&'a [f64]> {
         if let Files::Held(numbers) = self.files { Some(numbers) } else { None }
     }
@@ -120,7 +121,7 @@ impl<'a> Args<'a> {
         format!("{}:{}", self.info.name, self.values.body(self.info.parameters))
     }
 
-    /// The same with the names of files alone, and the factor.
+    /// The spec with file names without folders, and the factor.
     pub fn spec_without_folders(&self) -> String {
         let body = self.values.body_without_folders(&self.parameters);
         if body.is_empty() { self.info.name.into() } else { format!("{}:{body}", self.info.name) }

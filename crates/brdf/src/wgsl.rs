@@ -2,10 +2,10 @@
 
 use std::collections::HashSet;
 
-/// `text` with `prefix` before every name that it declares at module scope, wherever it is used: two texts
-/// under prefixes of their own may stand in one module. The prefix takes the case of the name: `eval`, `Lobe`
-/// and `TINY` become `a_eval`, `ALobe` and `A_TINY` under `a`. Names that others declare stay as they are,
-/// and so do members of structures.
+/// `text` with `prefix` before every name that it declares at module scope, wherever it is used, so that two
+/// texts with different prefixes can share a module. The prefix takes the case of the name: `eval`, `Lobe`
+/// and `TINY` become `a_eval`, `ALobe` and `A_TINY` under `a`. Names declared elsewhere and members of
+/// structures stay as they are.
 pub fn scoped(prefix: &str, text: &str) -> String {
     let words = words(text);
     let declared = declared(&words);

@@ -1,15 +1,16 @@
-//! The numbers that say how wide a reflectance's lobe is, and the same reflectance with others.
+//! Parameters that determine the width of a reflectance's lobe, and the reflectance with other values of
+//! them.
 
 use crate::{Brdf, SharedBrdf, SpecError, parse};
 use steradian_base::split_spec;
 
-/// Parameters along tangent and bitangent that models have, the first that a model has both of; models of
-/// round lobes have one.
+/// Names of a model's parameters along tangent and bitangent, of which the first pair that a model has
+/// applies; models of round lobes have one name.
 const NAMES: [[&str; 2]; 7] =
     [["ax", "ay"], ["nu", "nv"], ["alpha"; 2], ["n"; 2], ["s"; 2], ["m"; 2], ["sigma"; 2]];
 
 /// Names of the parameters of a reflectance's model that are the width or the exponent of its lobe, along
-/// tangent and bitangent: twice the same where the lobe is round. `None` where the model has none, such as
+/// tangent and bitangent: the same name twice where the lobe is round. `None` for models without one, as
 /// measurements.
 pub fn width_names(brdf: &dyn Brdf) -> Option<[&'static str; 2]> {
     let has = |name: &str| brdf.info().parameters.iter().any(|p| p.name == name);
@@ -26,7 +27,7 @@ pub fn with_widths(brdf: &dyn Brdf, widths: [f64; 2]) -> Result<SharedBrdf, Spec
     let (name, body) = split_spec(&spec);
     let own = |item: &&str| {
         let key = item.split('=').next().unwrap_or_default().trim();
-        // Where there are two, `alpha` stands for both.
+        // Where there are two widths, `alpha` sets both.
         names.contains(&key) || (key == "alpha" && names[0] != names[1])
     };
     let mut items: Vec<String> =

@@ -232,7 +232,7 @@ fn tables_and_directions_of_curet() {
     let values = format!("# two samples\n7{values}\n12{values}\n");
     std::fs::write(&angles, &directions).expect("writable");
     damaged(values.as_bytes(), &table, "curet", ",sample=12", 1500);
-    // The same with the other of the two.
+    // The table is whole, and the file of directions damaged.
     std::fs::write(&table, &values).expect("writable");
     let (spec, mut damage) = (format!("curet:{},sample=12", table.display()), Mutator::new(8));
     let rounds = if full() { 75_000 } else { 1500 };

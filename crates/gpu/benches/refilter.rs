@@ -1,11 +1,11 @@
-//! Milliseconds of a refilter per way and level, beside the error of every level and the device's bandwidth
-//! roof.
+//! Measures milliseconds of a refilter per method and level; also the error of every level and the device's
+//! bandwidth roof.
 //!
 //! A GGX chain of six levels from 256² (`STERADIAN_SIZE` takes another size), and the Gaussians of
 //! `gaussian_lobes`, of a sunny sky, or of the image that `STERADIAN_ENVIRONMENT` names; the smallest of
 //! several runs, by the device's own clock where it has one. Errors are relative RMS over samples of the
 //! level against direct summation on the CPU. `STERADIAN_KEEP=FOLDER` keeps each chain as a cross of its
-//! faces beside the exact one.
+//! faces next to the exact one.
 
 #![allow(clippy::print_stdout, reason = "a benchmark's output")]
 
@@ -138,7 +138,7 @@ fn report(gpu: &Gpu, refilter: &Refilter, times: &Times, tree: &Tree) -> Result<
     Ok(())
 }
 
-/// Crosses of faces, one beside the other: -X +Z +X -Z with +Y above and -Y below +Z; the first cube's mean
+/// Crosses of faces, one next to the other: -X +Z +X -Z with +Y above and -Y below +Z; the first cube's mean
 /// is a third of white.
 fn keep(path: &Path, cubes: [Option<&EdgeCube>; 2]) {
     const PLACES: [(usize, usize); 6] = [(2, 1), (0, 1), (1, 0), (1, 2), (1, 1), (3, 1)];

@@ -34,8 +34,9 @@ impl Gpu {
         pollster::block_on(Self::open_async(false))
     }
 
-    /// Opens the preferred adapter with what every WebGPU implementation offers and no more: WebGPU's default
-    /// limits, no clock, no multisampling of 32-bit floats. What runs here runs in a browser.
+    /// Opens the preferred adapter with only the features of every WebGPU implementation: WebGPU's default
+    /// limits, no clock, no multisampling of 32-bit floats. A picture that renders on it renders in a
+    /// browser.
     pub fn open_portable() -> Result<Self, GpuError> {
         pollster::block_on(Self::open_async(true))
     }
@@ -125,7 +126,7 @@ impl Gpu {
         self.device.destroy();
     }
 
-    /// Is the device lost? What is on it is too; [`Gpu::open`] opens another.
+    /// Is the device lost? Its contents are lost too; [`Gpu::open`] opens another.
     pub fn is_lost(&self) -> bool {
         self.lost.lock().is_ok_and(|l| l.is_some())
     }
@@ -164,7 +165,7 @@ impl Gpu {
         Ok(2.0 * bytes as f64 / best)
     }
 
-    /// Runs `make` and turns what the GPU complains of into an error about `what`.
+    /// Runs `make` and turns errors of the GPU into an error about `what`.
     pub(crate) fn scoped<R>(&self, what: &str, make: impl FnOnce() -> R) -> Result<R, GpuError> {
         self.settled()?;
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
@@ -173,12 +174,12 @@ impl Gpu {
         let errors = pollster::block_on(async { (valid.pop().await, memory.pop().await) });
         match errors {
             (None, None) => self.settled().map(|()| made),
-            // What fails on a lost device fails because it is lost.
+            // On a lost device the loss is reported, since it causes all other errors.
             (_, Some(e)) | (Some(e), None) => self.settled().and(Err(GpuError::of(what, e))),
         }
     }
 
-    /// `Err` once the device is lost or an error came outside a scope.
+    /// `Err` once the device is lost, or after an error outside a scope.
     pub(crate) fn settled(&self) -> Result<(), GpuError> {
         if let Ok(l) = self.lost.lock()
             && let Some(why) = l.as_ref()
@@ -216,7 +217,7 @@ impl Gpu {
     }
 }
 
-/// Does the adapter have what both paths are made of?
+/// Does the adapter have the features that both paths need?
 fn check(adapter: &wgpu::Adapter) -> Result<(), GpuError> {
     use wgpu::DownlevelFlags as Flags;
     let needed = Flags::COMPUTE_SHADERS

@@ -1,4 +1,4 @@
-//! Lights that are shaded with the exact reflectance: uniforms and WGSL beside a technique's.
+//! Lights that are shaded with the exact reflectance: uniforms and WGSL in addition to a technique's.
 //!
 //! Group 2 of every pipeline that shades holds the camera, the lights and the reflectance's parameters; each
 //! object has a group of its own. Lights change without touching any pipeline.
@@ -13,9 +13,9 @@ use glam::Mat3;
 use steradian_technique::direct::Direct;
 use steradian_technique::gpu::{Table, cells};
 
-/// Group 2: camera, lights, reflectance, what is measured of it.
+/// Group 2: camera, lights, reflectance, measured data of the reflectance.
 pub const SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Uniform, Slot::Uniform, Slot::Texture];
-/// The same, and what shadow volumes left of lights.
+/// Group 2 with the masks of shadow volumes.
 pub const SHADOWED_SLOTS: [Slot; 5] =
     [Slot::Uniform, Slot::Uniform, Slot::Uniform, Slot::Texture, Slot::Read];
 
@@ -72,7 +72,7 @@ impl DirectLights {
         self.groups.get(object).unwrap_or(&self.group)
     }
 
-    /// Other lights, or the same ones turned.
+    /// Writes other lights, or the same lights rotated.
     pub fn write(&self, gpu: &Gpu, direct: &Direct, rotation: Mat3) {
         for (buffer, contents) in self.lights.iter().zip(both(direct, rotation)) {
             gpu.queue.write_buffer(buffer, 0, &contents);

@@ -1,6 +1,6 @@
-//! What may go wrong between here and the GPU; one line that says what to do.
+//! Errors of the GPU; each is one line that says what to do.
 
-/// What may go wrong between here and the GPU.
+/// An error of the GPU.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
     /// No Vulkan, Metal or DX12 adapter.
@@ -8,7 +8,7 @@ pub enum GpuError {
         "no GPU adapter: {0}; install a Vulkan driver (Debian: mesa-vulkan-drivers) or use --backend cpu"
     )]
     NoAdapter(String),
-    /// The adapter gives no device, or lacks what a technique needs.
+    /// The adapter gives no device, or lacks a required feature.
     #[error("the GPU cannot be used: {0}; try --backend cpu")]
     Device(String),
     /// A technique's data or a picture exceeds the GPU's memory or limits.
@@ -25,7 +25,7 @@ pub enum GpuError {
     /// A shader or call that the GPU refused: a defect of Steradian.
     #[error("the GPU refused '{what}': {why}")]
     Refused {
-        /// What was being made.
+        /// The object that was being made.
         what: String,
         /// First line of the GPU's complaint.
         why: String,

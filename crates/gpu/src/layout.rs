@@ -3,7 +3,7 @@
 use crate::Gpu;
 use wgpu::util::DeviceExt;
 
-/// What a binding is.
+/// Kind of a binding.
 #[derive(Clone, Copy)]
 pub enum Slot {
     /// A uniform buffer.
@@ -124,12 +124,12 @@ pub fn compute_of(
     })
 }
 
-/// What a raster pipeline draws to.
+/// Target of a raster pipeline.
 #[derive(Clone, Copy)]
 pub struct Drawn {
     pub format: wgpu::TextureFormat,
     pub samples: u32,
-    /// Nearer fragments win; else fragments lie at depth 0 and only fill what is empty.
+    /// Are fragments tested and written by depth? Else they lie at depth 0 and fill only empty pixels.
     pub solid: bool,
 }
 

@@ -4,8 +4,8 @@
 //! Vulkan, Metal and DX12; not the GL back end, whose cube lookups are not seamless and which lacks 32-bit
 //! float targets. Failures (no adapter, missing features, out of memory, a lost device) are [`GpuError`]s.
 //!
-//! Without the feature `device` the crate assembles shaders ([`program`]) and packs what they read
-//! ([`packed`], [`lights`]): what a page for browsers is made of.
+//! Without the feature `device` the crate assembles shaders ([`program`]) and packs their data ([`packed`],
+//! [`lights`]), from which pages for browsers are made.
 
 #[cfg(feature = "device")]
 mod compute;

@@ -7,17 +7,17 @@ use steradian_technique::View;
 use steradian_technique::direct::{DISK_WGSL, Direct, rule};
 use steradian_technique::gpu::shadow::is_shadowed;
 
-/// Lights at most.
+/// Most lights.
 pub const CAPACITY: usize = 64;
 
 const SHADER: &str = include_str!("shaders/direct.wgsl");
 const OPEN: &str = include_str!("shaders/direct_open.wgsl");
 const SHADOWED: &str = include_str!("shaders/direct_shadowed.wgsl");
 
-/// What a measured reflectance reads: cells in rows of [`steradian_technique::gpu::ROW`] texels.
+/// WGSL that reads a measured reflectance: cells in rows of [`steradian_technique::gpu::ROW`] texels.
 const CELLS: &str = include_str!("shaders/cells.wgsl");
 
-/// What a surface without a reflectance of its own adds.
+/// WGSL of a surface without exactly shaded lights.
 pub const NONE: &str = "
 fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(0.0);

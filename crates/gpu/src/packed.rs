@@ -1,4 +1,4 @@
-//! What shaders read of objects and of the backdrop, as bytes and texels.
+//! Data of objects and of the backdrop for shaders, as bytes and texels.
 
 use crate::scene::{Backdrop, Level, Object};
 use glam::{Affine3A, Mat3A};
@@ -12,7 +12,7 @@ pub fn bytes<'a>(floats: impl IntoIterator<Item = &'a f32>) -> Vec<u8> {
 /// Textures of an object.
 pub const TEXTURES: usize = 7;
 
-/// What multiplies the radiance, mean normals, their covariance, alpha², albedo, f0, emission.
+/// The texture that multiplies the radiance, mean normals, their covariance, alpha², albedo, f0, emission.
 pub fn textures(object: &Object) -> [Option<&Texture>; TEXTURES] {
     let maps = &object.maps;
     let normal = maps.normal.as_deref();
@@ -37,7 +37,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Those of `object`, whose triangles get ids from `first`.
+    /// The data of `object`, whose triangles get ids from `first`.
     pub fn of(object: &Object, first: u32) -> Self {
         let image = |t: &Texture| {
             let [u, v] = t.wrap().map(wrap_word);
@@ -73,7 +73,7 @@ impl Counts {
     }
 }
 
-/// What `gpu_columns` takes for what lies beyond the unit square.
+/// Code of a wrap mode for `gpu_columns`.
 fn wrap_word(w: Wrap) -> u32 {
     match w {
         Wrap::Repeat => 0,
@@ -82,8 +82,8 @@ fn wrap_word(w: Wrap) -> u32 {
     }
 }
 
-/// The texture with its levels one below the other, each from the left: software adapters read one level for
-/// all threads of a group, whatever each asks for. A black texel where there is no texture.
+/// The texture with its levels one below the other, each at the left edge: software adapters read one level
+/// of a mip chain for all threads of a group, whichever each needs. A black texel where there is no texture.
 pub fn stack(texture: Option<&Texture>) -> Level {
     let none = || Level { width: 1, height: 1, texels: vec![[0.0; 3]] };
     texture.map_or_else(none, |t| {

@@ -9,20 +9,20 @@ use steradian_technique::gpu::{self, Entry, Storage};
 pub const CAMERA: &str = include_str!("shaders/camera.wgsl");
 /// `gpu_object` and its triangles.
 pub const GEOMETRY: &str = include_str!("shaders/geometry.wgsl");
-/// What reads triangles from textures.
+/// WGSL that reads triangles from textures.
 pub const GEOMETRY_TEXTURES: &str = include_str!("shaders/geometry_textures.wgsl");
 /// The vertex entry point `gpu_vertex`.
 pub const RASTER_VERTEX: &str = include_str!("shaders/raster_vertex.wgsl");
 /// `gpu_background`.
 pub const BACKDROP: &str = include_str!("shaders/backdrop.wgsl");
-/// What reads disks from a texture.
+/// WGSL that reads disks from a texture.
 pub const BACKDROP_TEXTURES: &str = include_str!("shaders/backdrop_textures.wgsl");
 const SURFACE: &str = include_str!("shaders/surface.wgsl");
 const PLAIN: &str = include_str!("shaders/plain.wgsl");
 const MAPS: &str = include_str!("shaders/maps.wgsl");
 const SITE: &str = include_str!("shaders/site.wgsl");
 
-/// What the pipelines of an object are made of.
+/// Parts from which the pipelines of an object are assembled.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Program {
     /// The technique's library.
@@ -64,7 +64,8 @@ impl Program {
     }
 }
 
-/// What rasterisation interpolates: members of `GpuVarying`, and whether they are the same over a triangle.
+/// Values that rasterisation interpolates: members of `GpuVarying`, and whether they are constant over a
+/// triangle.
 const VARYING: [(&str, &str, bool); 8] = [
     ("p", "vec3<f32>", false),
     ("n", "vec3<f32>", false),
@@ -86,12 +87,13 @@ pub fn varying(place: &str) -> String {
     format!("struct GpuVarying {{\n    @builtin(position) position: vec4<f32>,\n{members}}}\n")
 }
 
-/// From an object's triangles to radiance, by the technique's own function; what reads the triangles
-/// (`gpu_vertex_row` and its like) is the caller's.
+/// WGSL from an object's triangles to radiance, by the technique's own function; the caller adds functions
+/// that read the triangles (`gpu_vertex_row` and its like).
 pub fn surface(program: &Program) -> String {
     let entry = program.entry;
     let call = entry.call(["n", "t", "o", "p"], "look.lobe", "gpu_site_of(s, wo, footprint)");
-    // Where nothing but the light is fixed, the light turns as the surface turns the other way.
+    // Where nothing but the light is fixed in space, a rotation of the light is applied, inverted, to the
+    // surface.
     let [n, t, o, p] = match program.turned && !entry.site {
         true => ["look.n", "look.t", "wo", "s.p"].map(|v| format!("gpu_camera.turn * {v}")),
         false => ["look.n", "look.t", "wo", "s.p"].map(str::to_owned),
@@ -125,8 +127,8 @@ fn gpu_reflected(look: GpuLook, wo: vec3<f32>, s: GpuPoint, footprint: f32) -> v
     once(parts.into_iter().filter(|p| p.0).map(|p| p.1).collect(), ATAN2)
 }
 
-/// `text` with its first `definition` alone: techniques, their lights and reflectances each bring what they
-/// call.
+/// `text` without repetitions of `definition`: techniques, their lights and reflectances each include the
+/// functions that they call.
 fn once(text: String, definition: &str) -> String {
     match text.split_once(definition) {
         Some((before, after)) => [before, definition, &after.replace(definition, "")].concat(),

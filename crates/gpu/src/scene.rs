@@ -1,4 +1,4 @@
-//! What a picture shows, as plain data.
+//! The scene of a picture, as plain data.
 
 use glam::{Affine3A, Mat3, Vec3};
 use std::sync::Arc;
@@ -74,13 +74,13 @@ pub struct Level {
 pub struct Object {
     /// The geometry.
     pub triangles: Arc<Triangles>,
-    /// How it reflects. With [`Object::maps`], the one that takes a lobe per point where the technique has it
-    /// ([`steradian_technique::AnyBake::gpu_varied`]): of another, normals alone vary.
+    /// The technique that shades it. With [`Object::maps`], the variant that takes a lobe per point, where
+    /// the technique has it ([`steradian_technique::AnyBake::gpu_varied`]): without that, only normals vary.
     pub technique: GpuTechnique,
     /// The reflectance that [`Scene::direct`] is shaded with; without one, those lights pass the object by.
     pub brdf: Option<BrdfShader>,
-    /// Its technique's data hold the scene's disks and directional lights: of [`Scene::direct`] it gets the
-    /// points alone.
+    /// Do its technique's data hold the scene's disks and directional lights? Of [`Scene::direct`] it then
+    /// gets the point lights alone.
     pub folds_suns: bool,
     /// Multiplies the radiance.
     pub base_colour: Option<Arc<Texture>>,
@@ -108,7 +108,7 @@ pub struct Disk {
     pub radiance: [f32; 3],
 }
 
-/// What the camera sees beside the objects: the sum of all parts.
+/// Background where the camera sees no object: the sum of all parts.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Backdrop {
     /// One colour.
@@ -119,7 +119,7 @@ pub struct Backdrop {
     pub disks: Vec<Disk>,
 }
 
-/// What a picture shows.
+/// The scene of a picture.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// The objects.
@@ -127,10 +127,10 @@ pub struct Scene {
     /// Lights that are shaded with the exact reflectance, on top of the techniques; distant ones turn with
     /// the light.
     pub direct: Direct,
-    /// In world space, of the objects whose techniques are behind shadow volumes
-    /// ([`steradian_technique::gpu::shadow::behind`]) of the same lights.
+    /// Shadow volumes in world space, for objects whose techniques use them for the same lights
+    /// ([`steradian_technique::gpu::shadow::behind`]).
     pub volumes: Option<Arc<Volumes>>,
-    /// What lies behind them.
+    /// Background of the objects.
     pub backdrop: Backdrop,
     /// The camera.
     pub camera: Camera,
@@ -139,7 +139,7 @@ pub struct Scene {
     pub light_rotation: Mat3,
 }
 
-/// How objects are shaded.
+/// Method of shading objects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Path {
     /// In the raster pass, once a pixel and triangle, coverage at four samples (multisampling).
@@ -150,7 +150,7 @@ pub enum Path {
     Compute,
 }
 
-/// How often surfaces are shaded.
+/// Rate of shading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Rate {
     /// Once a pixel and triangle; edges have four samples.
@@ -160,7 +160,7 @@ pub enum Rate {
     Sample,
 }
 
-/// How samples become pixels.
+/// Filter from samples to pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Filter {
     /// The CPU renderer's: a quadratic B-spline of radius 1.25 pixels.
@@ -189,11 +189,11 @@ pub struct Settings {
     pub height: usize,
     /// Texels of the target per pixel and axis, 1 … 4; each has four samples.
     pub scale: usize,
-    /// How objects are shaded.
+    /// Method of shading objects.
     pub path: Path,
-    /// How often surfaces are shaded.
+    /// Rate of shading.
     pub rate: Rate,
-    /// How samples become pixels.
+    /// Filter from samples to pixels.
     pub filter: Filter,
     /// Precision.
     pub depth: Depth,
@@ -213,7 +213,7 @@ impl Settings {
         }
     }
 
-    /// What a window would choose: surfaces shaded once a pixel, 16-bit samples, a pixel their mean.
+    /// Settings for a window: surfaces shaded once a pixel, 16-bit samples, box filter.
     pub fn interactive(width: usize, height: usize, path: Path) -> Self {
         Self { path, filter: Filter::Mean, depth: Depth::Half, ..Self::new(width, height) }
     }

@@ -14,7 +14,7 @@ pub struct TechniqueData {
     /// Tables by name.
     tables: Vec<(&'static str, wgpu::Texture)>,
     buffers: Vec<wgpu::Buffer>,
-    /// Has somebody been given a table to write to?
+    /// Was a table handed out for writing?
     written: AtomicBool,
     /// Uniforms by name, and where each begins.
     places: Vec<(&'static str, u64)>,
@@ -121,12 +121,12 @@ impl TechniqueData {
     }
 }
 
-/// Textures that pipelines have beside a technique's.
+/// Textures that pipelines bind in addition to a technique's.
 const TEXTURES: usize = 9;
-/// Storage buffers that pipelines have beside a technique's.
+/// Storage buffers that pipelines bind in addition to a technique's.
 const BUFFERS: usize = 5;
 
-/// Has the device room for a table of `whose`?
+/// Checks that the device has room for a table of `whose`.
 pub(crate) fn check_table(gpu: &Gpu, whose: &str, t: &Table) -> Result<(), GpuError> {
     let limits = gpu.device.limits();
     let (name, side) = (t.name, t.level.width.max(t.level.height));

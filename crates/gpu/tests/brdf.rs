@@ -33,10 +33,10 @@ fn grazing(spec: &str, (wi, wo): (Vec3, Vec3)) -> bool {
     [wi.z, wo.z].iter().any(|z| (0.0..least).contains(z))
 }
 
-/// Below this part of the largest value, differences are relative to it; lit parts of cylinders are
-/// differences of tabulated integrals, and networks make much of the 6e-8 by which directions in singles are
-/// not of length 1. CUReT's modes cancel where their sum is cut at 0; near a node at 0 what is interpolated
-/// is as exact as the distance from it.
+/// Below this part of the largest value, differences are relative to it. Lit parts of cylinders are
+/// differences of tabulated integrals, and networks amplify the 6e-8 by which single-precision directions
+/// deviate from length 1. CUReT's modes cancel where their sum is clamped at 0; near a node at 0 an
+/// interpolated value is as exact as the distance from it.
 fn floor(spec: &str) -> f64 {
     match spec.split(':').next() {
         Some("poulin-fournier" | "nbrdf" | "curet") => 1e-2,
@@ -134,7 +134,7 @@ fn measured(spec: &str) -> Option<SharedBrdf> {
     Some(parse_with(&format!("{reader}:{}{rest}", path.display()), Files::Any).expect("valid"))
 }
 
-/// Tables in the coordinates that readers have: their spec, and what is kept of their file.
+/// Tables in the coordinates of the readers: their spec, and the kept contents of their file.
 const GRIDS: &[(&str, &[f64])] = &[
     ("csv:half.csv", &[0.0, 20.0, 1.0, 15.0, 12.0]),
     ("csv:anisotropic.csv", &[0.0, 9.0, 8.0, 7.0, 6.0]),

@@ -1,4 +1,5 @@
-//! Pictures lit by a sun and point lights beside a sunless sky, GPU against CPU, and lights that change live.
+//! Pictures lit by a sun and point lights in addition to a sunless sky, GPU against CPU, and lights that
+//! change live.
 //!
 //! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
 //! `STERADIAN_KEEP=FOLDER` keeps the pictures.
@@ -25,7 +26,7 @@ use steradian_techniques::{AnyBake, Material};
 /// Mean FLIP between the CPU's and the GPU's picture.
 const BOUND: f32 = 0.01;
 const SIDE: usize = 192;
-/// Off the surface, as the CPU renderer starts its rays, metres.
+/// Distance off the surface at which the CPU renderer starts its rays, metres.
 const OFFSET: f32 = 1e-4;
 
 /// Scene of the demo, technique, reflectance; `merl ` says that it is measured, as a table.
@@ -161,8 +162,8 @@ fn picture(k: usize, slug: &str, spec: &str) -> Result<(), Failed> {
     Ok(())
 }
 
-/// A sun, lamps and a directional light over a box on a floor, by rays and by shadow maps. Of few triangles:
-/// software adapters shade whole blocks of pixels for each of them.
+/// A sun, lamps and a directional light over a box on a floor, by rays and by shadow maps. The meshes have
+/// few triangles, since software adapters shade whole blocks of pixels for each one.
 fn shadows() -> Result<(), Failed> {
     const SIDE: usize = 192;
     let gpu = gpu()?;
@@ -179,7 +180,7 @@ fn shadows() -> Result<(), Failed> {
         fov_y: 0.9,
     };
     case.mesh = (mesh.clone(), Bvh::build(&mesh));
-    // Little light but that of the lamps.
+    // Almost all light is that of the lamps.
     case.lights.environment = steradian_light::sky::by_name("furnace", 64, 32)
         .map(|s| Arc::new(Environment { image: s.image }))
         .ok();
@@ -208,9 +209,9 @@ fn shadows() -> Result<(), Failed> {
     Ok(())
 }
 
-/// Shadow volumes beside rays, of a light a channel: a distant one, one above and one inside a knot over a
+/// Shadow volumes against rays, of a light a channel: a distant one, one above and one inside a knot over a
 /// floor, under a lid whose edges are open. Seen from the distant light, by parallel rays too, from inside
-/// the shadows of all three, and from aside.
+/// the shadows of all three, and from the side.
 #[allow(clippy::print_stdout, reason = "what the documentation states")]
 fn volumes() -> Result<(), Failed> {
     const SIDE: usize = 96;
@@ -227,7 +228,7 @@ fn volumes() -> Result<(), Failed> {
     let lamps = [Vec3::new(1.3, 2.9, 0.4), Vec3::new(0.05, 1.02, 0.1)];
     let mut case = case(1, SIDE);
     case.mesh = (mesh.clone(), Bvh::build(&mesh));
-    // Little light but that of the lamps.
+    // Almost all light is that of the lamps.
     case.lights.environment = steradian_light::sky::by_name("furnace", 64, 32)
         .map(|s| Arc::new(Environment { image: s.image }))
         .ok();
@@ -348,7 +349,8 @@ fn lights_change_live() -> Result<(), Failed> {
     Ok(())
 }
 
-/// An object whose data hold the suns gets the points alone, also where others beside it get all, and live.
+/// An object whose data hold the suns gets the point lights alone, also where other objects get all lights,
+/// and after live changes.
 fn folded_suns_are_not_added_twice() -> Result<(), Failed> {
     let gpu = gpu()?;
     let lit = lit(case(0, 48), "sh_irradiance", "lambert")?;

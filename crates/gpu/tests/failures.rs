@@ -16,7 +16,8 @@ use steradian_techniques::{AnyBake, GpuTechnique, Material, PointsBuf};
 
 const SIDE: usize = 32;
 
-/// Tells this binary, run again without any driver, to open a device and say what comes.
+/// Environment variable that makes this binary, run again without any driver, open a device and print the
+/// error.
 const PROBE: &str = "STERADIAN_PROBE_ADAPTER";
 
 fn bake() -> Result<(common::Case, Box<dyn AnyBake>), Failed> {
@@ -59,7 +60,7 @@ fn lost<T>(what: &str, r: Result<T, GpuError>) -> Result<(), Failed> {
     }
 }
 
-/// Everything that is asked of a lost device says that it is lost, every time.
+/// Every call on a lost device reports the loss, every time.
 fn a_lost_device_is_an_error_for_ever() -> Result<(), Failed> {
     let gpu = Gpu::open()?;
     let (case, bake) = bake()?;
@@ -93,8 +94,8 @@ fn a_lost_device_is_an_error_for_ever() -> Result<(), Failed> {
     Ok(())
 }
 
-/// WebGPU's own limits and no optional feature: both paths draw, nothing is timed, and what does not fit is
-/// said.
+/// With WebGPU's own limits and no optional feature both paths draw, nothing is timed, and an exceeded limit
+/// is reported.
 fn a_portable_device_draws_and_names_its_limits() -> Result<(), Failed> {
     let gpu = Gpu::open_portable()?;
     let (case, bake) = bake()?;

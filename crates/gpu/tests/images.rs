@@ -215,7 +215,7 @@ fn windows_in_the_backdrop_have_no_rims() -> Result<(), Failed> {
     Ok(())
 }
 
-/// A renderer that got new uniforms shows what one made from the turned bake shows; nothing is uploaded
+/// A renderer with new uniforms shows the picture of one made from the rotated bake; nothing is uploaded
 /// again.
 fn a_turned_light_is_an_update_of_uniforms() -> Result<(), Failed> {
     let gpu = gpu()?;

@@ -18,7 +18,7 @@ use steradian_techniques::{AnyBake, GpuTechnique, Material, Points, SitesAt, Vie
 
 const SIDE: usize = 96;
 
-/// What a picture is made from.
+/// Inputs of a picture.
 struct Setup {
     case: Case,
     bake: Box<dyn AnyBake>,
@@ -123,7 +123,7 @@ fn params(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     Ok(live.set_technique(gpu, 0, s.bake.gpu())?)
 }
 
-/// Another technique altogether: its pipelines are made anew.
+/// Another technique: its pipelines are made again.
 fn technique(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     let t = steradian_techniques::find("diffuse_map").ok_or("no such technique")?;
     let lambert = Material::new(steradian_brdf::parse("lambert:albedo=0.8/0.5/0.2")?);

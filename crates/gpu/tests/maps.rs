@@ -121,7 +121,7 @@ fn texture(f: impl Fn(usize, usize) -> [f32; 3], wrap: [Wrap; 2]) -> Arc<Texture
 }
 
 /// The CPU's picture of `mesh` moved by `map`, and the GPU's, at 16 samples a pixel: maps vary within a
-/// pixel, and both place their samples in their own ways.
+/// pixel, and the two place their samples differently.
 fn pictures(
     name: &str,
     slug: &str,
@@ -182,7 +182,7 @@ fn pictures(
     if off.is_empty() { Ok(()) } else { Err(off.join(", ").into()) }
 }
 
-/// A bumpy ball whose bumps are finer than samples, so that filtering decides what is seen.
+/// A bumpy ball whose bumps are finer than samples, so that filtering decides the picture.
 fn ball(slug: &str, spec: &str, filtering: NormalFiltering) -> Result<(), Failed> {
     let mut mesh = shapes::sphere(64);
     mesh.uvs.iter_mut().for_each(|uv| *uv *= glam::Vec2::new(1024.0, 512.0));

@@ -37,23 +37,23 @@ fn light() -> Lights {
     Environment { image }.into()
 }
 
-/// The same with a sun.
+/// [`light`] with a sun.
 fn sunny() -> Lights {
     let direction = DVec3::new(0.5, 0.7, -0.45).normalize();
     let sun = DiskLight { direction, angular_radius: 0.02, radiance: [900.0, 800.0, 500.0] };
     Lights { disks: vec![sun], ..light() }
 }
 
-/// The parameter of techniques that shade suns apart from their maps.
+/// The parameter of techniques that shade suns separately from their maps.
 const SUNS: &str = "lights";
 
-/// The parameter of techniques that know reflections between surfaces.
+/// The parameter of techniques with interreflection.
 const BOUNCES: &str = "bounces";
 
-/// The parameter of techniques that know irradiance by the normal.
+/// The parameter of techniques with irradiance by normal.
 const NORMALS: &str = "normals";
 
-/// The parameter of techniques that know shadows where they are asked for.
+/// The parameter that enables shadows in techniques.
 const VISIBILITY: &str = "visibility";
 
 /// A mesh that shadows itself, for techniques with sites.
@@ -148,7 +148,7 @@ fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Fail
     same(gpu, &cpu, &bake.gpu(), points)
 }
 
-/// What the CPU has shaded, and a technique on the GPU.
+/// Compares the CPU's radiance with a technique on the GPU.
 fn same(gpu: &Gpu, cpu: &[Vec<f32>; 3], technique: &GpuTechnique, points: &PointsBuf) -> Result<(), Failed> {
     let twin = ComputeTechnique::new(gpu, technique)?.shade(gpu, points)?;
     let scale = cpu.iter().flatten().fold(0.0_f32, |a, x| a.max(x.abs()));
@@ -172,7 +172,7 @@ fn local_lights() -> LocalLights {
     LocalLights { directionals: l[1].directionals.clone(), points: l[0].points.clone() }
 }
 
-/// A technique for local light by both, alone and beside one for environments.
+/// A technique for local light on CPU and GPU, alone and merged with one for environments.
 fn local(t: &dyn AnyLocal, spec: &str, choice: Option<(&'static str, Value)>) -> Result<(), Failed> {
     let gpu = gpu()?;
     let params: ParamValues = choice.into_iter().collect();
@@ -201,7 +201,7 @@ fn local(t: &dyn AnyLocal, spec: &str, choice: Option<(&'static str, Value)>) ->
     shadowed(gpu, &*shading, &far.chain(near).collect::<Vec<_>>(), mesh, &points)
 }
 
-/// The same behind a mesh, by rays and by shadow maps.
+/// A technique for local light behind a mesh, by rays and by shadow maps.
 fn shadowed(
     gpu: &Gpu,
     shading: &dyn LocalShading,
@@ -265,7 +265,7 @@ fn textured(technique: &'static dyn AnyTechnique, spec: &str) -> Result<(), Fail
     compare(gpu, &*bake, &points)
 }
 
-/// Gaussian lobes beside the plane of incidence, by both, with and without visibility.
+/// Gaussian lobes off the plane of incidence on CPU and GPU, with and without visibility.
 fn turned_lobes(visibility: &'static str) -> Result<(), Failed> {
     let gpu = gpu()?;
     let technique = steradian_techniques::find("gaussian_lobes").ok_or("no such technique")?;

@@ -70,7 +70,7 @@ fn within(way: Method, levels: &[Level], lights: &Lights, bounds: &[f64]) -> Res
     within_at(250, way, levels, lights, bounds)
 }
 
-/// The same over `most` samples of a level.
+/// The error over `most` samples of a level.
 fn within_at(
     most: usize,
     way: Method,
@@ -106,7 +106,7 @@ fn gaussians_are_near_exact() -> Result<(), Failed> {
     within(Method::Convolution, &levels, &light::with_sun(light::room_with_window()), &[0.02; 7])
 }
 
-/// A beach whose sun is a handful of texels ten thousand times as bright as the rest.
+/// A beach whose sun is a handful of texels ten thousand times as bright as all others.
 fn a_real_probe_with_its_sun_is_near_exact() -> Result<(), Failed> {
     let Some(path) = steradian_testkit::data("environments/spiaggia_1024x512.exr") else { return Ok(()) };
     let lights = steradian_light::load::load(&path, &Default::default())?.into_environment().into();

@@ -71,7 +71,7 @@ fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     probe::relative_rms(a.iter().copied().zip(b.iter().copied()))
 }
 
-/// Where `f` is least between two ends: a grid, then golden section.
+/// Argument between two ends at which `f` is least: by a grid, then by golden section.
 fn best(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let grid = (0..=16).map(|k| low + (high - low) * f64::from(k) / 16.0);
     let at = grid.map(|x| (f(x), x)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(low, |p| p.1);

@@ -16,7 +16,7 @@ use steradian_prefilter::shrm::error::{
 use steradian_prefilter::{Lobe, Zonal};
 use steradian_sphere::sh::{self, ColumnsRgb, ShTransform};
 
-/// The order that the paper calls exact, and ours.
+/// The order that the paper calls exact, and the one used here.
 const PAPER: usize = 30;
 const ORDER: usize = 255;
 const S: f64 = 32.0;

@@ -85,7 +85,7 @@ fn edge_step(cube: &SphereImage, truth: &SphereImage) -> f64 {
     (steps / count / (values().sum::<f64>() / values().count() as f64)).sqrt()
 }
 
-/// The direction as far on the other side of `edge`.
+/// The mirror image of `d` about the direction `edge`.
 fn beyond(d: glam::DVec3, edge: glam::DVec3) -> glam::DVec3 {
     (2.0 * d.dot(edge) * edge - d).normalize()
 }

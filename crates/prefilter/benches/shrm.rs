@@ -1,8 +1,9 @@
-//! Spherical harmonic reflection maps beside Ramamoorthi & Hanrahan 2002, table 5.5: creation from 128 rows
-//! of light, and 100 explicit maps. `cargo bench -p steradian-prefilter --bench shrm -- [LIGHT]`
+//! Measures spherical harmonic reflection maps, for comparison with Ramamoorthi & Hanrahan 2002, table 5.5:
+//! creation from 128 rows of light, and 100 explicit maps. `cargo bench -p steradian-prefilter --bench shrm
+//! -- [LIGHT]`
 //!
-//! Plans are reused, coefficients of the reflectance given. Printed are processor time on one thread and the
-//! least time by the clock on two.
+//! Plans are reused, and the coefficients of the reflectance are given. The output is the processor time on
+//! one thread and the least time by the clock on two.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

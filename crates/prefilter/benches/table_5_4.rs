@@ -73,7 +73,7 @@ fn papers(lights: &Lights) {
     }
 }
 
-/// All ways to the same error; where each angular way first wins.
+/// All methods at the same error; and the exponent at which each angular method first wins.
 fn equal_error(lights: &Lights) -> (String, String) {
     println!(
         "\nTo relative RMS error {TOLERANCE}: ms (error measured); the model's choice beside the fastest"

@@ -115,7 +115,7 @@ struct Lobe {
 
 /// The light's texels: directions, and radiance times solid angle.
 struct Texels {
-    /// By row: θ, and its texels.
+    /// Rows of the image: θ, and its texels.
     rows: Vec<(f64, Vec<Texel>)>,
 }
 

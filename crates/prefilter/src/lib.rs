@@ -1,6 +1,6 @@
 //! Light times reflectance: the filters. They see kernels and coefficients, never a reflectance's formula.
 //!
-//! [`Source`] prepares distant light, [`Zonal`] kernels say what it is convolved with, [`filter::filter`]
+//! [`Source`] prepares distant light, [`Zonal`] is a kernel that it is convolved with, [`filter::filter`]
 //! makes a cube map ([`EdgeCube`]) of the convolution to a tolerance, in frequency space or by direct
 //! summation over a hierarchy of the light ([`Tree`]). [`Sampled`] and [`filter_image`] make images in any
 //! layout for other programs.

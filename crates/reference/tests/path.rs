@@ -144,7 +144,7 @@ fn a_white_furnace_hides_what_reflects_everything() {
     let image = trace_image(&scene, &camera, 12, 12, options, &Task::quiet()).expect("nobody cancels");
     let mean = image.pixels.iter().map(|p| p.rgb[0]).sum::<f64>() / 144.0;
     let variance = image.pixels.iter().map(|p| p.variance[0]).sum::<f64>() / (144.0 * 144.0);
-    // Shading normals that differ from the triangles' lose a little.
+    // Light is lost where shading normals differ from the triangles'.
     assert!((mean - 1.0).abs() < 4.5 * variance.sqrt() + 4e-3, "{mean} {variance}");
 }
 

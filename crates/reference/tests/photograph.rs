@@ -82,9 +82,9 @@ fn a_plane_shows_its_reflectance_from_everywhere() {
     }
 }
 
-/// Walls of 45°, up and down: lit from above each wall has the irradiance cos 45°, and sees the other one
-/// with the form factor 1 − sin 45°. A light at 45° along x lights one wall fully, head on, and leaves the
-/// other one dark, whatever the number of periods that its rays cross.
+/// Walls of 45°, up and down: lit from above each wall has the irradiance cos 45°, and the form factor
+/// between two is 1 − sin 45°. A light at 45° along x lights one wall fully, head on, and leaves the opposite
+/// one dark, whatever the number of periods that its rays cross.
 #[test]
 fn grooves_have_their_closed_form() {
     let mesh = field(2, false, |i, _| i as f64);
@@ -114,7 +114,7 @@ fn rocks(i: usize, j: usize) -> f64 {
         + 3.0 * f64::from(u8::from((i * 5 + j * 3).is_multiple_of(11)))
 }
 
-/// Where a period begins makes no difference: pictures of a shifted surface are shifted pictures, with
+/// The beginning of a period makes no difference: pictures of a shifted surface are shifted pictures, with
 /// grazing rays that cross many periods; and threads change no bit.
 #[test]
 fn a_period_begins_anywhere() {
@@ -144,7 +144,7 @@ fn a_period_begins_anywhere() {
     }
 }
 
-/// Interpolated normals shade, and never turn a point black that is looked at.
+/// Interpolated normals shade, and never make a visible point black.
 #[test]
 fn interpolated_normals_shade() {
     let smooth = field(12, true, |i, j| 0.5 * rocks(i, j));

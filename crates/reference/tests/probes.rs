@@ -113,8 +113,8 @@ fn what_surfaces_reflect_arrives() {
     assert!((e.light.c[0][0] - 1.5 * 2.0 * PI / (4.0 * PI).sqrt()).abs() < 0.05);
 }
 
-/// The image of the open is that of the light, box-filtered, whose sun is drawn from; what a plate reflects
-/// is in it, and its harmonics are those that are traced alone.
+/// The image at an unoccluded point is that of the light, box-filtered, whose sun is importance-sampled; it
+/// contains the light that a plate reflects, and its harmonics equal those traced directly.
 #[test]
 fn images_hold_what_arrives() {
     let mut lights = sky(|i, j| if (i, j) == (20, 5) { 4000.0 } else { 0.2 + ((i * 7 + j * 3) % 11) as f32 });

@@ -7,7 +7,7 @@ use steradian_light::{Environment, Lights};
 use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_sphere::Frame;
 
-/// Points that look into the sun's highlight, beside it, and away from it.
+/// Points that see the sun's highlight at its centre, next to it, and far from it.
 fn points(sun: DVec3) -> Vec<ReferencePoint> {
     let mut out = Vec::new();
     for k in 0..12 {

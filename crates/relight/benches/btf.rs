@@ -1,5 +1,5 @@
-//! How long bidirectional texture functions take to become small: 81 views and 81 lights of bumps that hide
-//! each other, roughly, by formula. The side is 64 texels, or what `BTF_SIDE` says.
+//! Measures the time in which bidirectional texture functions are compressed: roughly, by formula, 81 views
+//! and 81 lights of bumps that hide each other. The side is 64 texels, or the value of `BTF_SIDE`.
 //! `cargo bench -p steradian-relight --bench btf`
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]

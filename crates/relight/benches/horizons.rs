@@ -1,6 +1,6 @@
-//! How fast the horizons of a height map come, 256 × 256 texels at 64 azimuths, and the links along which its
-//! texels see each other, 64 directions about the normal: seconds by the clock.
-//! `cargo bench -p steradian-relight`
+//! Measures the time, in seconds by the clock, in which the horizons of a height map of 256 × 256 texels are
+//! computed at 64 azimuths, and the links along which its texels see each other in 64 directions about the
+//! normal. `cargo bench -p steradian-relight`
 //!
 //! The baseline looks at every crossing of a line with the surface's edges as far as any height can matter.
 //! The heights are blocks by formula and, where there are real data (`STERADIAN_DATA`), rocks and stones of a

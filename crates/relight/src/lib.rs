@@ -1,5 +1,5 @@
-//! Surfaces that are known texel by texel, under lights that move: what photographs under known lights say of
-//! them, and what bumps hide. Plain data in and out; techniques and commands read it.
+//! Surfaces described texel by texel, under moving lights: data from photographs under known lights, and
+//! shadowing by bumps. Plain data in and out; techniques and commands read it.
 
 pub mod btf;
 pub mod height;

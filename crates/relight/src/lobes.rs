@@ -27,7 +27,7 @@ pub struct Lobe {
     pub n: f64,
 }
 
-/// What a texel reflects.
+/// Reflectance of a texel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texel {
     /// The albedo of the diffuse part.
@@ -38,15 +38,15 @@ pub struct Texel {
     pub squares: [f64; 2],
 }
 
-/// Smallest and largest exponent.
+/// Range of exponents.
 const EXPONENTS: [f64; 2] = [0.5, 1e4];
-/// Steps at most, and the part of the squared error below which the last one ends it.
+/// Most steps, and the relative decrease of the squared error at which they end.
 const STEPS: usize = 60;
 const GAIN: f64 = 1e-9;
-/// Part of a lobe's peak that one pair has to see. (Of a lobe that six lights and views hardly met factors
-/// beyond 1e38 came.)
+/// Part of a lobe's peak that at least one pair must see. (Without this bound, factors beyond 1e38 were
+/// fitted to a lobe that six lights and views hardly met.)
 const SEEN: f64 = 1e-3;
-/// What derivatives are differences over.
+/// Step of the differences that approximate derivatives.
 const DELTA: f64 = 1e-5;
 /// Exponents and directions of C that fits start from: about the mirror direction, nearer to the horizon and
 /// to the normal, stretched either way, and back to the light.
@@ -83,7 +83,7 @@ fn exponent(s: Shape) -> f64 {
     s[2].exp().clamp(EXPONENTS[0], EXPONENTS[1])
 }
 
-/// Factors, and what is left of the values with them.
+/// Factors, and the residuals of the values with them.
 struct Projected {
     factors: Vec<[f64; 3]>,
     rest: Vec<f64>,
@@ -91,7 +91,7 @@ struct Projected {
 }
 
 impl Pairs {
-    /// Of unit directions to viewers and lights above the surface.
+    /// Pairs of unit directions to viewers and lights above the surface.
     pub fn new(pairs: impl IntoIterator<Item = (DVec3, DVec3)>) -> Self {
         Self { all: pairs.into_iter().map(|(v, l)| (v * l, l.z)).collect() }
     }
@@ -170,7 +170,7 @@ impl Pairs {
                     damping *= 10.0;
                     continue;
                 };
-                // A step of more than a radian, or of a factor of e, is none.
+                // Steps of more than a radian, or of a factor of e, are shortened to that.
                 let most = step.iter().fold(1.0f64, |m, x| m.max(x.abs()));
                 let step: Vec<f64> = step.iter().map(|x| x / most).collect();
                 let mut next = moved(&shapes, &step);
@@ -255,8 +255,8 @@ fn start([x, y, z]: [f64; 3], n: f64) -> Shape {
     [c.z.acos(), c.y.atan2(c.x), n.ln()]
 }
 
-/// The lobes of every texel of a bidirectional texture function. `go_on` is asked before each; `None` once it
-/// says no. The same bits whatever the number of threads.
+/// The lobes of every texel of a bidirectional texture function. `go_on` is called before each; `None` once
+/// it returns false. The bits do not depend on the number of threads.
 pub fn of_btf(of: &Btf, lobes: usize, go_on: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Texel>> {
     let (views, lights) = (of.views(), of.lights());
     let pairs = Pairs::new(views.iter().flat_map(|v| lights.iter().map(|l| (*v, *l))));
@@ -330,7 +330,7 @@ mod tests {
         }
     }
 
-    /// Few pairs, of which most see nothing of a narrow lobe, and values that no lobe has.
+    /// Few pairs, most of which see nothing of a narrow lobe, and values that no lobe has.
     #[test]
     fn factors_of_lobes_that_hardly_any_pair_sees_stay_small() {
         let all = spread(6);

@@ -28,7 +28,7 @@ const HARMONICS: [usize; 2] = [9, 16];
 const MAX_CONDITION: f64 = 1e5;
 /// Weights of linear Rec. 709 red, green and blue in luminance.
 pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
-/// What white is in the files of the usual fitters.
+/// Value of white in the files of the usual fitters.
 const WHITE: f64 = 255.0;
 
 /// Condition numbers beyond this are rounding: squares of singular values are known to 1e-16 of the largest.
@@ -59,11 +59,11 @@ pub enum FitError {
     /// A photograph of another size.
     #[error("photograph {} has {got} texels where the first has {want}", photograph + 1)]
     Size {
-        /// Which, from 0.
+        /// Index of the photograph, from 0.
         photograph: usize,
-        /// Its texels.
+        /// Its number of texels.
         got: usize,
-        /// Those of the first.
+        /// Number of texels of the first photograph.
         want: usize,
     },
     /// A photograph with values that are not finite: which, from 0.
@@ -110,7 +110,7 @@ fn undetermined(terms: usize, condition: f64) -> String {
     }
 }
 
-/// What a texel's values are a sum of.
+/// Basis functions of a texel's sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Basis {
     /// u², v², uv, u, v and 1 (Malzbender, Gelb & Wolters 2001).
@@ -181,7 +181,7 @@ fn terms<const N: usize>(l: DVec3) -> [f64; N] {
 /// The rule of least squares for a set of lights: of `N` coefficients a texel, those of a [`Basis`].
 #[derive(Debug, Clone)]
 pub struct Fit<const N: usize = TERMS> {
-    /// What a value under each light adds to the coefficients.
+    /// Contribution of a value under each light to the coefficients.
     rule: Vec<[f64; N]>,
     /// Λ^(−1/2) Vᵀ φ of each light, with the eigenvectors V and eigenvalues Λ of Σ φφᵀ: over all lights these
     /// are orthonormal.
@@ -670,7 +670,8 @@ mod tests {
         assert!((off.sqrt() - 0.125).abs() < 1e-3, "{}", off.sqrt());
     }
 
-    /// Normals of tilted Lambertian facets are biased, since a parabola is no cosine with its own shadow.
+    /// Normals of tilted Lambertian facets are biased, since a parabola differs from a cosine clamped at its
+    /// own shadow.
     #[test]
     fn normals_of_tilted_facets_are_biased() {
         let lights = hemisphere(20_000);

@@ -1,11 +1,11 @@
-//! What a camera sees beside the surfaces.
+//! Background that a camera sees where there is no surface.
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 use steradian_light::{DiskLight, Lights};
 use steradian_sphere::{Layout, SphereImage};
 
-/// What fills the pixels that no surface covers.
+/// Content of the pixels that no surface covers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Background {
     /// One colour.

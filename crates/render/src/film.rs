@@ -1,4 +1,4 @@
-//! Pictures: planar linear radiance with coverage, and what a display shows of it.
+//! Pictures: planar linear radiance with coverage, and the same developed for a display.
 
 use crate::Background;
 use steradian_formats::Raster;
@@ -6,8 +6,8 @@ use steradian_scene::Camera;
 
 /// Linear Rec. 709 radiance and coverage, one plane each, rows from the top.
 ///
-/// Pixels that a surface covers in part hold the mix with whatever lies behind it; `alpha` says how much of
-/// the pixel the surfaces cover, and `background` what of the radiance is not theirs.
+/// Pixels that a surface covers partly hold the mix with the background behind it; `alpha` is the covered
+/// part of the pixel, and `background` the part of the radiance that comes from behind.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Film {
     /// Pixels per row.
@@ -18,7 +18,7 @@ pub struct Film {
     pub rgb: [Vec<f32>; 3],
     /// Coverage by surfaces, 0 … 1.
     pub alpha: Vec<f32>,
-    /// What of red, green and blue comes from behind the surfaces.
+    /// Part of red, green and blue that comes from behind the surfaces.
     pub background: [Vec<f32>; 3],
 }
 
@@ -51,8 +51,8 @@ impl Film {
         [self.rgb[0][i], self.rgb[1][i], self.rgb[2][i]]
     }
 
-    /// Takes the background to be what a camera sees through the middle of each pixel, as far as no surface
-    /// covers it.
+    /// Sets the background to what a camera sees through the middle of each pixel, weighted by the part that
+    /// no surface covers.
     pub fn set_background(&mut self, camera: &Camera, background: &Background) {
         let (width, height) = (self.width, self.height);
         for i in 0..self.len() {
@@ -63,8 +63,8 @@ impl Film {
         }
     }
 
-    /// What the surfaces add to each pixel and how much of it they cover, without the background: associated
-    /// alpha, as OpenEXR has it.
+    /// The surfaces' radiance in each pixel and their coverage, without the background: associated alpha, as
+    /// in OpenEXR.
     pub fn into_associated(mut self) -> Raster {
         for (plane, behind) in self.rgb.iter_mut().zip(&self.background) {
             plane.iter_mut().zip(behind).for_each(|(v, b)| *v -= b);
@@ -113,7 +113,7 @@ impl Display {
         [self.rgb[k], self.rgb[k + 1], self.rgb[k + 2]]
     }
 
-    /// Copies `other` to (x, y); what falls outside is left out.
+    /// Copies `other` to (x, y), clipped to this picture.
     pub fn paste(&mut self, other: &Self, x: usize, y: usize) {
         let columns = other.width.min(self.width.saturating_sub(x));
         for row in 0..other.height.min(self.height.saturating_sub(y)) {

@@ -1,4 +1,4 @@
-//! What a mesh file says of a material, as one reflectance and the textures that vary it.
+//! A mesh file's material as one reflectance and the textures that vary it.
 //!
 //! glTF's metallic-roughness becomes `dielectric`: a GGX layer over a diffuse base, whose albedo, f0 and
 //! alpha vary by texel ([`Colours::metallic`]), and whose f0 is that of KHR_materials_ior and _specular; a
@@ -16,9 +16,9 @@ use steradian_scene::surface::{self, Colours, NormalMap, SurfaceMaps, Texture};
 /// A material of a mesh file.
 #[derive(Clone)]
 pub struct FileMaterial {
-    /// The file's name for it; may be empty.
+    /// Name in the file; may be empty.
     pub name: String,
-    /// The spec of the reflectance that it is taken as, of the means of all that varies.
+    /// Spec of the reflectance that represents it, with the means of all textures.
     pub spec: String,
     /// What was left out, in words; empty where nothing was.
     pub left_out: Vec<String>,
@@ -36,7 +36,8 @@ pub struct FileMaterial {
     pub emission: Option<Arc<Texture>>,
 }
 
-/// Smallest alpha of metals and layers: files say 0 for a polish that no light is sharp enough for.
+/// Least alpha of metals and layers: files have 0 for a perfect polish, for which the light's resolution does
+/// not suffice.
 pub const MIN_ALPHA: f32 = 0.02;
 /// Smallest perceptual roughness of sheen: that of the least alpha of `charlie`.
 const MIN_SHEEN: f32 = 0.1;
@@ -110,8 +111,8 @@ impl FileMaterial {
         }
     }
 
-    /// What multiplies the reflected radiance: occlusion, and the base colour but where the material's `own`
-    /// reflectance has it in its layers.
+    /// Texture that multiplies the reflected radiance: occlusion, and the base colour unless the material's
+    /// `own` reflectance has it in its layers.
     pub fn tint(&self, own: bool) -> Option<Arc<Texture>> {
         let layered = own && self.is_coloured();
         match (self.base_colour.as_ref().filter(|_| !layered), &self.occlusion) {
@@ -132,7 +133,7 @@ impl FileMaterial {
         parse(&self.spec)
     }
 
-    /// What was assumed, in one line.
+    /// Assumptions about the material, in one line.
     pub fn assumed(&self) -> String {
         let times =
             if self.base_colour.is_some() && !self.is_coloured() { " times its base colour" } else { "" };

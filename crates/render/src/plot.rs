@@ -1,10 +1,10 @@
-//! Line drawings, the same as pictures and as SVG.
+//! Line drawings, drawn alike as pictures and as SVG.
 
 use crate::Display;
 use crate::sheet::Pen;
 use std::fmt::Write;
 
-/// Where a text stands beside its point.
+/// Alignment of a text relative to its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
     /// To its right.
@@ -40,13 +40,13 @@ pub enum Mark {
     Text {
         /// The point.
         at: (f64, f64),
-        /// What it says.
+        /// Text.
         text: String,
         /// Pixels per em.
         size: f64,
         /// Its colour.
         colour: [u8; 3],
-        /// Where it stands beside the point.
+        /// Alignment relative to the point.
         anchor: Anchor,
     },
 }
@@ -58,7 +58,7 @@ pub struct Drawing {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// What is drawn.
+    /// Marks, in drawing order.
     pub marks: Vec<Mark>,
 }
 
@@ -155,7 +155,7 @@ impl Drawing {
 mod tests {
     use super::*;
 
-    /// Both forms hold every mark, at the same place.
+    /// Both forms have every mark at the same place.
     #[test]
     fn pictures_and_svg_show_the_same() {
         let colour = [200, 30, 40];

@@ -1,4 +1,4 @@
-//! Normal maps from afar, in three ways, against 16 × 16 samples a pixel of the finest map.
+//! Distant normal maps, filtered in three ways, against 16 × 16 samples a pixel of the finest map.
 
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
@@ -39,7 +39,7 @@ struct Scene {
     camera: Camera,
 }
 
-/// A floor or a ball of which a pixel in the middle covers `texels` texels a side.
+/// A floor or a ball, at a distance where a pixel in the middle covers `texels` texels a side.
 fn scene(shape: &str, texels: f32) -> Scene {
     let fov_y = 0.7f32;
     let (mut mesh, distance, elevation) = match shape {

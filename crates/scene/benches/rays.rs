@@ -36,7 +36,7 @@ fn morton(k: u32) -> (u32, u32) {
     (even(k), even(k >> 1))
 }
 
-/// Time that this thread has run: where the system does not say (Linux does), that has passed.
+/// Processor time of this thread on Linux; elapsed time elsewhere.
 fn busy() -> Duration {
     static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
     let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
@@ -60,7 +60,7 @@ fn measure(name: &str, rays: &[Ray], baseline: Option<f64>, f: impl Fn(&Ray) -> 
     rate
 }
 
-/// The same work for another program (`scripts/embree-rays.py`): counts of vertices, triangles and rays as
+/// Writes the rays for another program (`scripts/embree-rays.py`): counts of vertices, triangles and rays as
 /// u32, then positions, indices, and origins and directions, all little-endian.
 fn dump(path: &std::path::Path, mesh: &Mesh, rays: &[Ray]) -> std::io::Result<()> {
     let mut bytes = Vec::new();

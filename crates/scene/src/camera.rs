@@ -74,7 +74,7 @@ impl Camera {
     }
 }
 
-/// How a camera looks at an object: from where, and how much of the film it fills.
+/// View of an object: direction, and the part of the film that the object fills.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Framing {
     /// The object's up axis.
@@ -92,13 +92,14 @@ pub struct Framing {
 }
 
 impl Default for Framing {
-    /// In front, to the right, a little above the height of the object's centre; 70 % of a square film.
+    /// A view from the front and the right, a little above the height of the object's centre, on a square
+    /// film of which the object fills 70 %.
     fn default() -> Self {
         Self { up: Vec3::Y, azimuth: 0.5028, elevation: 0.1564, share: 0.7, fov_y: 0.56, aspect: 1.0 }
     }
 }
 
-/// Points that are looked at, at most.
+/// Most points that are used for framing.
 const MOST_POINTS: usize = 1 << 16;
 /// Steps in which the centre and the distance settle.
 const STEPS: usize = 6;
@@ -133,7 +134,7 @@ impl Framing {
         };
         let (mut at, mut distance) = (0.5 * (low + high), 2.0 * radius / (tan * aspect.min(1.0)));
         for _ in 0..STEPS {
-            // What is seen is moved to the middle, then the distance is set by what it fills.
+            // The object is centred, then the distance is set by the part of the film that it fills.
             let [right, up, _] = camera(at, distance).axes();
             let [e, w, n, s] = extent(at, distance);
             at += (0.5 * (e - w) * aspect * right + 0.5 * (n - s) * up) * (distance * tan);
@@ -143,7 +144,7 @@ impl Framing {
         Some(camera(at, distance))
     }
 
-    /// From the object to the camera.
+    /// Direction from the object to the camera.
     fn away(&self, up: Vec3) -> Vec3 {
         let front =
             [Vec3::Z, Vec3::X].into_iter().find(|v| v.cross(up).length_squared() > 0.5).unwrap_or(Vec3::X);

@@ -1,4 +1,4 @@
-//! Geometry: meshes, tangents, BVH, visibility queries, cameras, and what varies over surfaces.
+//! Geometry: meshes, tangents, BVH, visibility queries, cameras, and properties that vary over surfaces.
 
 mod bvh;
 mod camera;

@@ -5,20 +5,20 @@ use std::path::Path;
 use steradian_formats::mesh::{MaterialData, TextureSource};
 use steradian_formats::{FormatError, Limits, MeshData, read_mesh};
 
-/// What a mesh file became.
+/// A mesh loaded from a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Loaded {
     /// The parts in file order; their material slots count through [`Loaded::materials`].
     pub meshes: Vec<Mesh>,
-    /// The parts' names; may be empty strings.
+    /// Names of the parts; may be empty strings.
     pub names: Vec<String>,
-    /// What was mended in each part.
+    /// Repairs of each part.
     pub reports: Vec<MeshReport>,
     /// Materials as the file describes them.
     pub materials: Vec<MaterialData>,
     /// Images that the materials refer to, not decoded.
     pub textures: Vec<TextureSource>,
-    /// What was left out, mended or missing, one line each.
+    /// Ignored, repaired or missing data, one line each.
     pub notes: Vec<String>,
 }
 
@@ -29,7 +29,7 @@ impl Loaded {
     }
 }
 
-/// Reads glTF, GLB, OBJ or PLY and mends what needs it: see [`Mesh::from_part`].
+/// Reads glTF, GLB, OBJ or PLY and repairs it where needed: see [`Mesh::from_part`].
 pub fn load(path: &Path, limits: &Limits) -> Result<Loaded, FormatError> {
     load_with(path, limits, Repairs::default())
 }

@@ -1,4 +1,4 @@
-//! Real meshes: what loading mends, and shapes against them.
+//! Real meshes: repairs while loading, and comparison with shapes.
 
 use glam::Vec3;
 use steradian_formats::Limits;

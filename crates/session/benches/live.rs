@@ -1,6 +1,6 @@
-//! How long a window waits for a change: milliseconds to the rebaked scene by [`Session::live`], of
-//! techniques that need no sites of a mesh, of an image of 2048 × 1024 texels with the time that its file
-//! takes; then milliseconds of pictures under a sun that moves with every one of them.
+//! Measures how long a window waits for a change: first milliseconds of [`Session::live`] to the rebaked
+//! scene, for techniques that need no sites of a mesh, under an image of 2048 × 1024 texels, including the
+//! time that its file takes; then milliseconds of pictures under a sun that moves with each of them.
 //!
 //!     cargo bench -p steradian-session --features gpu --bench live
 //!     cargo bench -p steradian-session --features gpu --bench live -- split_sum shrm
@@ -20,7 +20,7 @@ use steradian_session::{Adjust, Error, Material, Method, Scene, Session};
 const FIRST: &str = "ggx:alpha=0.2,f0=1/0.77/0.34";
 const SECOND: &str = "ggx:alpha=0.3,f0=1/0.77/0.34";
 
-/// Milliseconds to a scene of these materials and lights.
+/// Milliseconds that [`Session::live`] takes for a scene of these materials and lights.
 fn time(session: &Session, scene: &Scene, light: &str, before: Option<&Live>) -> Result<(f64, Live), Error> {
     let names = Names { mesh: "teapot".into(), light: light.into() };
     let start = Instant::now();
@@ -28,7 +28,7 @@ fn time(session: &Session, scene: &Scene, light: &str, before: Option<&Live>) ->
     Ok((1e3 * start.elapsed().as_secs_f64(), live))
 }
 
-/// Milliseconds to a preview of them.
+/// Milliseconds that [`Session::preview`] takes for the same arguments.
 fn preview(session: &Session, scene: &Scene, light: &str, before: &Live) -> Result<f64, Error> {
     let names = Names { mesh: "teapot".into(), light: light.into() };
     let start = Instant::now();
@@ -54,7 +54,7 @@ fn main() -> Result<(), Error> {
 
 /// Size of the pictures under a moving sun.
 const SIZE: [usize; 2] = [640, 400];
-/// How often the sun moves.
+/// Number of steps of the sun.
 const STEPS: usize = 12;
 
 /// The sky of step `k`.
@@ -111,7 +111,7 @@ fn summary(ms: &[f64]) -> String {
     format!("{mean:6.0} {:6.0}", ms.iter().copied().fold(0.0, f64::max))
 }
 
-/// Milliseconds from a moved sun to the picture under it: by preview bakes, and by filters on the GPU beside
+/// Milliseconds from a moved sun to the picture under it: by preview bakes, and by filters on the GPU, for
 /// which the picture never waits.
 fn moving(gpu: &Gpu, asked: &[String]) -> Result<(), Error> {
     println!(
@@ -166,13 +166,13 @@ fn moving(gpu: &Gpu, asked: &[String]) -> Result<(), Error> {
     Ok(())
 }
 
-/// The lights of step `k` as previews have them.
+/// The lights of step `k` at the resolution of previews.
 fn session_light(k: usize) -> Result<Lights, Error> {
     Lights::of_sky(&sky(k), (256, 128)).map_err(Error::usage)
 }
 
-/// Milliseconds of pictures that leave 8 to the filters, the most pictures by which the light is late, and
-/// milliseconds of a picture that waits for it.
+/// Measures pictures that leave 8 ms to the filters: their milliseconds, the largest number of pictures by
+/// which the light lags, and the milliseconds of a picture that waits for the light.
 fn filtered(gpu: &Gpu, shown: &mut Drawn) -> Result<Option<(Vec<f64>, usize, f64)>, Error> {
     if shown.live.light_tables().is_err() {
         return Ok(None);
@@ -181,7 +181,7 @@ fn filtered(gpu: &Gpu, shown: &mut Drawn) -> Result<Option<(Vec<f64>, usize, f64
     let place = (shown.live.camera(), SIZE[1]);
     let (mut ms, mut behind, mut late) = (Vec::new(), 0, 0);
     let mut k = 0;
-    // The first pictures learn how fast the device is.
+    // The speed of the device is measured on the first pictures.
     while k < 4 * STEPS || following.is_busy() {
         let start = Instant::now();
         if k < 4 * STEPS {

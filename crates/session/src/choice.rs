@@ -1,47 +1,47 @@
-//! What was tried before a technique was chosen, and what came of it.
+//! Record of a choice: the techniques that were tried, and the verdict on each.
 
 use std::fmt::{Display, Formatter, Result};
 
-/// How a session came to its choice of a technique.
+/// Record of a session's choice of a technique.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
-    /// Processor seconds of everything: the sample, all trials, and the certificate of what is taken.
+    /// Processor seconds in total: the sample, all trials, and the certificate of the chosen technique.
     pub seconds: f64,
-    /// The techniques that take the reflectance, in the order in which they had their turn.
+    /// The techniques that accept the reflectance, in the order in which they were considered.
     pub trials: Vec<Trial>,
 }
 
-/// A technique that might have been chosen.
+/// A technique that was considered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
-    /// Its slug.
+    /// Slug of the technique.
     pub technique: &'static str,
     /// Processor seconds that were spent on it.
     pub seconds: f64,
     /// Relative RMS error, in the picture where that was measured, else as certified.
     pub error: Option<f64>,
-    /// What came of it.
+    /// Result of the trial.
     pub verdict: Verdict,
     /// What of the material it leaves out, which no error counts.
     pub left_out: Vec<&'static str>,
 }
 
-/// What came of a technique that might have been chosen.
+/// Verdict on a technique that was considered.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
-    /// It is taken.
+    /// It was chosen.
     Taken,
-    /// Another errs less, or, where a tolerance is given, takes less memory.
+    /// Another technique has a smaller error, or, where a tolerance is given, smaller data.
     Beaten,
-    /// Its error is too large: this one.
+    /// Its error, the value here, is too large.
     Missed(f64),
     /// It refuses the light or the parameters.
     Refused(String),
-    /// Its time ran out.
+    /// It was stopped when the time ran out.
     Stopped,
-    /// It was not tried: it takes longer than what time was left.
+    /// It was not tried: it would take longer than the time that was left.
     TooDear,
-    /// It was not tried: what was found before errs less than a picture shows.
+    /// It was not tried: an earlier technique has an error too small to be seen.
     Unneeded,
     /// It was not tried: it leaves out what the material gives, and another does not.
     LeavesOut,
@@ -88,7 +88,7 @@ impl Display for Trial {
 }
 
 impl Display for Choice {
-    /// One line: what was tried, and what was not for want of time.
+    /// One line: the techniques that were tried, and those that were not for lack of time.
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         let tried =
             |t: &&Trial| !matches!(t.verdict, Verdict::TooDear | Verdict::Unneeded | Verdict::LeavesOut);

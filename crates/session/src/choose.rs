@@ -13,25 +13,26 @@ use steradian_brdf::{Brdf, Lobe};
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, Card};
 
-/// Processor seconds of all bakes among which a technique is chosen, where one of them is good, and where
-/// none is.
+/// Limits of the processor seconds of all bakes by which a technique is chosen: where a good one was found,
+/// and where none was.
 const BUDGETS: [f64; 2] = [6.0, 15.0];
-/// A technique that takes so many processor seconds at most is tried for its cheapness.
+/// A technique that takes at most so many processor seconds counts as cheap and is tried first.
 const CHEAP: f64 = 1.0;
-/// An error that no picture shows: the first technique to reach it is taken.
+/// An error too small to be seen in a picture: the first technique to reach it is chosen.
 const INVISIBLE: f64 = 0.01;
-/// Techniques of a larger error need a specimen like the material, where no tolerance is given.
+/// Where no tolerance is given, a technique with a larger error is chosen only if one of its specimens is
+/// like the material.
 const USEFUL: f64 = 0.25;
-/// An error from which on the reference is worth a hint, and more time is spent on better techniques.
+/// With a larger error, a notice suggests the reference, and more time is spent on better techniques.
 const VISIBLE: f64 = 0.05;
-/// Views are grazing from so many degrees off the normal on, and silhouettes show an error there from so much
-/// on.
+/// Angle from the normal, degrees, from which on views count as grazing; and the error there from which on
+/// silhouettes show it.
 const GRAZING: f64 = 80.0;
 const SPECKS: f64 = 0.25;
-/// Widths of lobes that differ by this factor at most are alike.
+/// Widths of lobes count as alike if they differ at most by this factor.
 const ALIKE: f64 = 10.0;
 
-/// Which technique a material got, and how far it is off.
+/// The technique that was chosen for a material, and its error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chosen {
     /// The technique.
@@ -42,18 +43,18 @@ pub struct Chosen {
     pub error: f64,
     /// Was it baked at sites of the mesh?
     pub sites: bool,
-    /// How that is known.
+    /// How the error is known: measured, computed or estimated.
     pub known: Evidence,
     /// The technique for directional and point lights, and its error.
     pub local: Option<(&'static str, f64)>,
-    /// Are there lights beside the technique's data, of which its certificate says nothing?
+    /// Are there lights shaded in addition to the technique's data, which its certificate does not cover?
     pub beside: bool,
     /// Relative RMS error over points of this picture, where it was measured.
     pub picture: Option<f64>,
-    /// Why it was not, where it would have been.
+    /// Why the error in this picture was not measured, where it would have been.
     pub unmeasured: Option<&'static str>,
-    /// The largest error that the certificate states of grazing views, from 80° off the normal on, which
-    /// silhouettes show as rings and specks; where it is far larger than the others'.
+    /// The largest error that the certificate states for grazing views, from 80° off the normal on, which
+    /// silhouettes show as rings and specks; `None` unless it is far larger than that of all views.
     pub grazing: Option<f64>,
     /// Was it the session that chose?
     pub automatic: bool,
@@ -101,9 +102,9 @@ impl std::fmt::Display for Chosen {
     }
 }
 
-/// What came of a technique.
+/// Result of trying a technique.
 enum Tried {
-    /// It may be taken.
+    /// It may be chosen.
     Fits(Box<Candidate>),
     /// It refuses, or is not good enough, or took too long.
     Unfit(Verdict),
@@ -112,7 +113,7 @@ enum Tried {
 /// A technique that was baked.
 struct Candidate {
     prepared: Prepared,
-    /// What counts against it, the smallest first: does it leave inputs out, and its error or size.
+    /// Rank, the smallest first: does it ignore inputs, then its error or size.
     rank: (bool, f64),
 }
 
@@ -140,8 +141,8 @@ impl Session {
         Ok(out)
     }
 
-    /// Bakes a material by its method, or by the technique that is chosen for it. Of a named method the error
-    /// in this picture is `measured` only where that is asked for.
+    /// Bakes a material by its method, or by a technique that is chosen for it. `measured` asks for the error
+    /// in this picture where the method is named; where it is chosen, that is measured anyway.
     pub(crate) fn prepare_or_choose(
         &self,
         scene: &Scene,
@@ -185,15 +186,16 @@ impl Session {
         }
     }
 
-    /// Without a tolerance the technique of the smallest error in this picture, with one the smallest data
-    /// that meet it; else the reference. Techniques that leave out what the material gives come last. The
-    /// error over all views is measured of the one that is taken alone, where the picture's decides.
+    /// Chooses, without a tolerance, the technique of the smallest error in this picture; with one, the
+    /// smallest data that meet it; else the reference. Techniques that ignore inputs of the material come
+    /// last. Where the error in the picture decides, the error over all views is measured for the chosen
+    /// technique alone.
     fn choose(&self, m: &Material, under: Under<'_>, sample: &Sample<'_>) -> Result<Prepared, Error> {
         let start = processor_seconds();
         let mut best: Option<Candidate> = None;
         let (mut trials, mut spent, mut usual) = (Vec::new(), 0.0, 0.0);
         for t in candidates(m) {
-            // With a tolerance all that is found meets it.
+            // With a tolerance, every technique that fits meets it.
             let below = |error: f64| {
                 let fits = |c: &Candidate| !c.rank.0 && (under.tolerance.is_some() || c.rank.1 <= error);
                 best.as_ref().is_some_and(fits)
@@ -253,7 +255,8 @@ impl Session {
         Ok(prepared)
     }
 
-    /// `t` baked and looked at; its error over all views is measured where the picture's does not decide.
+    /// Bakes `t` and measures its error in the picture; its error over all views is measured where the
+    /// picture's does not decide.
     fn candidate(
         &self,
         t: &'static dyn AnyTechnique,
@@ -275,7 +278,7 @@ impl Session {
                 self.check()?;
                 return Ok(Tried::Unfit(Verdict::Stopped));
             }
-            // These lights or parameters are not for it.
+            // The technique does not accept these lights or parameters.
             Err(e) if e.kind() == Kind::Usage => return Ok(Tried::Unfit(Verdict::Refused(e.to_string()))),
             Err(e) => return Err(e),
         };
@@ -351,8 +354,8 @@ fn is_special(card: &Card) -> bool {
     models.len() <= 2
 }
 
-/// Is one of the technique's specimens of the same model, as isotropic, and about as sharp? Otherwise it
-/// takes the material as something else, a mirror for example.
+/// Is one of the technique's specimens of the same model, equally isotropic, and about as sharp? Otherwise
+/// the technique approximates the material by something else, a mirror for example.
 fn stands_for(card: &Card, brdf: &dyn Brdf) -> bool {
     let like = |b: &dyn Brdf| {
         let (a, b_) = (narrowest(b), narrowest(brdf));
@@ -361,12 +364,12 @@ fn stands_for(card: &Card, brdf: &dyn Brdf) -> bool {
     card.specimens.iter().any(|s| steradian_brdf::parse(s).is_ok_and(|b| like(&*b)))
 }
 
-/// Do both have one page?
+/// Are both of one model (one page of documentation)?
 fn same_model(a: &dyn Brdf, b: &dyn Brdf) -> bool {
     std::ptr::eq(a.info(), b.info())
 }
 
-/// Width of the narrowest lobe at normal view, radians; π of what has none.
+/// Width of the narrowest lobe at normal view, radians; π for a reflectance without lobes.
 fn narrowest(brdf: &dyn Brdf) -> f64 {
     let width = |l: Lobe| match l {
         Lobe::Axis { width, .. } | Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,
@@ -403,7 +406,7 @@ mod tests {
         assert!(taken[0].error == p.picture_error && p.picture_error.is_some(), "{choice}");
         let least = choice.trials.iter().filter_map(|t| t.error).fold(f64::INFINITY, f64::min);
         assert_eq!(p.picture_error, Some(least), "{choice}");
-        // The one that is taken is certified, whatever the others are.
+        // The chosen technique is certified, whether or not the techniques that were tried are.
         let certificate = p.certificate.as_ref().expect("a technique");
         assert!(certificate.error < 0.1 && certificate.known == Evidence::Measured, "{certificate:?}");
         let spent: f64 = choice.trials.iter().map(|t| t.seconds).sum();
@@ -428,8 +431,8 @@ mod tests {
         assert!(told.contains("not measured in this picture (its sample knows no shadows)"), "{told}");
     }
 
-    /// A picture of which the error was measured: the processor seconds that this may take are those of all
-    /// tests that run beside.
+    /// A picture whose error was measured. The time limit counts processor seconds of the whole process, and
+    /// other tests run at the same time.
     fn measured(session: &mut Session, scene: &Scene) -> (f64, crate::Picture) {
         let once = |_| {
             let (picture, _) = session.render(scene).expect("a picture").even_if_missed();
@@ -455,7 +458,7 @@ mod tests {
         let (open, bright) = of(Shadows::Off);
         let (shadowed, dark) = of(Shadows::Ray);
         assert!(bright != dark && open > 0.0 && open < 0.01, "{open}");
-        // The samples may be of different sizes, where one was stopped early.
+        // The samples may differ in size, where one was stopped early.
         assert!(shadowed > 0.5 * open && shadowed < 2.0 * open, "{open} {shadowed}");
     }
 
@@ -487,7 +490,7 @@ mod tests {
         assert!(measured > 0.0 && measured < certified, "{measured} {certified}");
     }
 
-    /// Silhouettes are warned of where grazing views err by far more than the others.
+    /// A warning about silhouettes appears where grazing views have far larger errors than all views.
     #[test]
     fn large_errors_of_grazing_views_are_said() {
         let of = |all: f64, at: f64| {

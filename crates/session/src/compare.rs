@@ -1,4 +1,4 @@
-//! Techniques beside the reference: one picture each, and how far it is from the reference's.
+//! Comparison of techniques with the reference: a picture of each, and its difference from the reference's.
 
 use crate::material::Under;
 use crate::picture::{auto_exposure, background};
@@ -18,23 +18,23 @@ use steradian_scene::surface::Planes;
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{Capabilities, find};
 
-/// Between the names of a technique and of that for directional and point lights.
+/// Separator between the names of a technique and of that for directional and point lights.
 const BESIDE: &str = " + ";
 
-/// How pictures are compared.
+/// Settings of a comparison.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan {
     /// Relative error of the reference at each sample.
     pub reference_tolerance: f64,
-    /// Is the reference the path tracer ([`Session::paths`]), with shadows and light from surface to surface?
-    /// Its noise is taken off relative RMS errors.
+    /// Is the reference the path tracer ([`Session::paths`]), with shadows and interreflection? Its noise is
+    /// subtracted from relative RMS errors.
     pub paths: bool,
     /// Exposure value on top of the automatic one.
     pub ev: f32,
 }
 
-/// How hard the reference tries at each point: to a relative error as it estimates it, and with so many
-/// evaluations of the reflectance at most, whatever it then estimates.
+/// Limits of the reference at each point: the relative error, as the reference estimates it, and a number of
+/// evaluations of the reflectance at which it stops in any case.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
     pub tolerance: f64,
@@ -42,8 +42,8 @@ pub(crate) struct Effort {
 }
 
 impl Effort {
-    /// Pixels a side of the picture that tells what an effort is worth, and by how much more that is tried
-    /// there.
+    /// Pixels a side of the small picture by which the error of an effort is measured, and the factor of the
+    /// greater effort that it is compared with.
     const SIDE: usize = 20;
     const FINER: u64 = 5;
 
@@ -65,13 +65,13 @@ pub struct Rendering {
     pub errors: Option<(Errors, f64)>,
     /// Where the picture differs from the reference (FLIP); `None` for the reference itself.
     pub difference: Option<Display>,
-    /// Mean FLIP to the CPU's picture, where both were asked for.
+    /// Mean FLIP to the CPU's picture, where both back ends were used.
     pub flip_to_cpu: Option<f64>,
-    /// What the technique certifies; of several materials the largest error.
+    /// The technique's certificate; of several materials that with the largest error.
     pub certificate: Option<Certificate>,
-    /// Of the bakes.
+    /// Seconds of the bakes.
     pub bake_seconds: f64,
-    /// Of the picture.
+    /// Seconds of the picture.
     pub shade_seconds: f64,
     /// Bytes that shading reads.
     pub bytes: usize,
@@ -113,7 +113,8 @@ impl Answer {
         self.on_backend(self.label())
     }
 
-    /// The same, and the name of the technique for directional and point lights beside it.
+    /// [`Self::name`] split in two: the technique's, and that of the technique for directional and point
+    /// lights, if there is one.
     pub fn names(&self) -> (String, Option<String>) {
         match self.label().split_once(BESIDE) {
             Some((technique, local)) => (self.on_backend(technique), Some(local.into())),
@@ -121,7 +122,7 @@ impl Answer {
         }
     }
 
-    /// What the technique allows; `None` for the reference.
+    /// Capabilities of the technique; `None` for the reference.
     pub fn capabilities(&self) -> Option<Capabilities> {
         let label = self.label();
         let slug = label.split_once(BESIDE).map_or(label, |(technique, _)| technique);
@@ -146,7 +147,7 @@ impl Answer {
 /// A scene on its way to pictures.
 pub(crate) struct Subject<'a> {
     scene: &'a Scene,
-    /// Its light, or the mean of its light field.
+    /// The scene's light, or the mean of its light field.
     lights: Lights,
     bvh: Bvh,
     camera: Camera,
@@ -155,9 +156,10 @@ pub(crate) struct Subject<'a> {
 }
 
 impl Session {
-    /// The reference's picture of a scene first, then each technique's on each renderer: a technique shades
-    /// those materials that it takes, the reference the others. The materials' own techniques are not looked
-    /// at. Where the scene asks for an accuracy, the relative RMS errors of all pictures are held against it.
+    /// The reference's picture of a scene first, then each technique's on each renderer. A technique shades
+    /// the materials that it accepts, the reference all other ones. The materials' own techniques are
+    /// ignored. Where the scene has a tolerance, the relative RMS errors of all pictures are compared with
+    /// it.
     pub fn compare(
         &self,
         scene: &Scene,
@@ -167,12 +169,12 @@ impl Session {
     ) -> Result<Outcome<Vec<Answer>>, Error> {
         let answers = self.compared(scene, methods, renderers, plan)?;
         let errors = answers.iter().filter_map(Answer::error);
-        // What is no number is worse than any.
+        // NaN counts as worse than any error.
         let worst = errors.fold(0.0, |w: f64, e| if w.is_nan() || e.is_nan() { f64::NAN } else { w.max(e) });
         Ok(Outcome::new(answers, scene.tolerance, worst))
     }
 
-    /// [`Session::compare`] where no accuracy is asked for.
+    /// [`Session::compare`] without a tolerance.
     pub(crate) fn compared(
         &self,
         scene: &Scene,
@@ -233,10 +235,10 @@ impl Session {
         Ok((truth, answer))
     }
 
-    /// The reference's picture of a scene's first material by a limited effort, and what that effort is
-    /// worth: its relative RMS distance from five times the effort, measured at the points of a small
-    /// picture. What the reference itself estimates adds up errors of many cells that largely cancel: of
-    /// tabulated reflectance, which has a crease at every cell, 10 to 1000 times as much.
+    /// The reference's picture of a scene's first material with a limited effort, and its error: the relative
+    /// RMS difference from five times the effort, measured at the points of a small picture. The reference's
+    /// own estimate adds up errors of many cells that largely cancel: of tabulated reflectance, which has a
+    /// crease at every cell, it is 10 to 1000 times too large.
     pub(crate) fn true_picture_by(&self, case: &Subject<'_>, effort: Effort) -> Result<(Truth, f64), Error> {
         let reference = Reference::new(&case.lights, Lookup::Bilinear, &self.task)?;
         let film = |e: Effort, settings: Settings| -> Result<Film, Error> {
@@ -319,8 +321,8 @@ impl Session {
         Ok(())
     }
 
-    /// Bakes `method` for the materials that it takes and the reference for the others; fails where it takes
-    /// none.
+    /// Bakes `method` for the materials that it accepts and the reference for all other ones; fails where it
+    /// accepts none.
     fn prepare_by(&self, case: &Subject<'_>, method: &Method, plan: &Plan) -> Result<Vec<Prepared>, Error> {
         let one = |m: &Material, method: &Method| {
             let tolerance = match method {
@@ -404,7 +406,7 @@ pub(crate) struct Truth {
     film: Film,
     display: Display,
     develop: Develop,
-    /// Of paths: their noise.
+    /// For the path tracer: its noise.
     certificate: Option<Certificate>,
 }
 
@@ -467,7 +469,7 @@ pub(crate) fn differences(
 mod tests {
     use super::*;
 
-    /// What an effort is said to be worth is how far its whole picture is from one that is not limited.
+    /// The stated error of a limited effort is the difference of its whole picture from an unlimited one.
     #[test]
     fn the_reference_knows_its_own_error() {
         let mut session = Session::new();

@@ -9,12 +9,12 @@ use steradian_light::suns::{self, Taken};
 use steradian_render::ToneMapper;
 use steradian_sphere::SphereImage;
 
-/// What becomes of an environment.
+/// Conversion of an environment.
 #[derive(Debug, Clone)]
 pub struct Request {
     /// Image, several separated by commas, a pattern with {}, a texture, or a sky spec.
     pub input: String,
-    /// How it is read, turned and scaled.
+    /// How the environment is read, rotated and scaled.
     pub adjust: Adjust,
     /// Level of a texture.
     pub level: usize,
@@ -22,7 +22,7 @@ pub struct Request {
     pub extract_suns: bool,
     /// Layout of the output; `None`: that of the input, and cubes for textures and files of faces.
     pub to: Option<Arrangement>,
-    /// Width and height; equal numbers are a side. `None`: what the input resolves.
+    /// Width and height; equal numbers are a side. `None`: the resolution of the input.
     pub size: Option<(usize, usize)>,
     /// Image, texture, or with {} in the name a file for each face ([`files`]).
     pub output: PathBuf,
@@ -41,7 +41,7 @@ pub struct Converted {
     pub layout: Arrangement,
     /// Width and height of a face or of the whole image.
     pub size: (usize, usize),
-    /// What the files could not hold.
+    /// Values that the file format could not hold.
     pub report: WriteReport,
     /// The part of the luminous flux that the files' format clipped.
     pub share: f64,

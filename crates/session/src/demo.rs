@@ -12,14 +12,14 @@ use steradian_scene::{Camera, Mesh};
 
 /// A clear evening: the sun stands six degrees high, behind the object.
 const SKY: &str = "sky:elevation=6,azimuth=190,turbidity=3,ground=0.2/0.18/0.16";
-/// Size of the sky's image; the sun is a disk beside it.
+/// Size of the sky's image; the sun is a separate disk.
 const SKY_SIZE: (usize, usize) = (256, 128);
 /// Floor and object.
 const MATERIALS: [&str; 2] = ["ggx:alpha=0.25,f0=0.5/0.52/0.55", "ggx:alpha=0.15,f0=1/0.77/0.34"];
-/// What engines do, and what this library adds; each with its panel's heading.
+/// A technique as in game engines, and one of this library; each with its panel's heading.
 const TECHNIQUES: [(&str, &str); 2] =
     [("split_sum", "Split sum, as game engines shade"), ("shrm_slices", "Reflection map slices, Steradian")];
-/// Relative error of the reference at each sample: below what eight bits show.
+/// Relative error of the reference at each sample: below the steps of eight bits.
 const TOLERANCE: f64 = 1e-2;
 
 /// The demo, computed.

@@ -1,5 +1,4 @@
-//! Where outputs go, looked at before any work: a destination that cannot be written leaves nothing half
-//! done.
+//! Destinations of outputs, checked before any work: one that cannot be written leaves nothing half done.
 
 use crate::Error;
 use std::path::{Path, PathBuf};
@@ -36,7 +35,8 @@ impl Destinations {
         Ok(())
     }
 
-    /// A file. One inside a folder of outputs is not mistaken for one of them if it ends in .json.
+    /// Registers a file as an output. In a folder of outputs it must end in .json, so that it is not mistaken
+    /// for one of the folder's.
     pub fn file(&mut self, option: &str, path: &Path) -> Result<(), Error> {
         if path == Path::new("-") {
             return Ok(());
@@ -69,19 +69,19 @@ impl Destinations {
     }
 }
 
-/// Under which key a texture says what light it was made from.
+/// Metadata key under which a texture names the light that it was made from.
 pub const LIGHT_KEY: &str = "steradian.light";
 
-/// What stands for a light in the metadata of what is made from it: its name, and of a file the hash of what
-/// it holds.
+/// Identifies a light in the metadata of data made from it: its name, and for a file the hash of its
+/// contents.
 pub fn light_mark(spec: &str) -> String {
     let path = Path::new(spec);
     let hashed = if path.is_file() { Input::of_file(path).ok() } else { None };
     hashed.map_or_else(|| without_folders(spec), |i| format!("{} sha256:{}", i.name, i.sha256))
 }
 
-/// Refuses to replace the texture at `path` where it was made from another light than `mark` stands for, or
-/// does not say from which. A file that is not there is not replaced.
+/// Refuses to replace the texture at `path` where it was made from a light other than `mark`, or does not
+/// name its light. Accepts a path without a file.
 pub fn check_replaced(path: &Path, mark: &str, limits: &Limits) -> Result<(), Error> {
     let Some(container) = Container::of_file(path) else { return Ok(()) };
     let texture = container.read(path, limits)?;
@@ -115,7 +115,7 @@ fn has_parent(path: &Path) -> Result<(), Error> {
     Err(unwritable(path, format_args!("the folder {} {what}", folder.display())))
 }
 
-/// The same for every name of one place.
+/// One path for all names of a place.
 fn place(path: &Path) -> PathBuf {
     if let Ok(p) = path.canonicalize() {
         return p;

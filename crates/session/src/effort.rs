@@ -1,5 +1,5 @@
-//! Work that is held to a number of processor seconds: a busy machine takes longer over it and decides
-//! nothing else.
+//! Work that is limited to a number of processor seconds, so that on a busy machine it takes longer but has
+//! the same result.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,7 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 use steradian_base::Task;
 
-/// How often the time is looked at.
+/// Interval at which the time is checked.
 const TICK: Duration = Duration::from_millis(5);
 
 /// Processor seconds that this process has taken, all threads together.
@@ -24,8 +24,8 @@ pub(crate) fn processor_seconds() -> f64 {
     START.get_or_init(std::time::Instant::now).elapsed().as_secs_f64()
 }
 
-/// What `work` gives under a task that is stopped once the process has taken so many `seconds` of its
-/// processors, or when `task` is; and the seconds taken.
+/// Runs `work` under a task that is stopped once the process has used so many processor `seconds`, or when
+/// `task` is; returns its result and the seconds used.
 pub(crate) fn within<T>(task: &Task, seconds: f64, work: impl FnOnce(&Task) -> T) -> (T, f64) {
     let start = processor_seconds();
     let stop = Arc::new(AtomicBool::new(false));

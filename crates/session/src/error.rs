@@ -1,4 +1,4 @@
-//! One error for everything that is asked of a session.
+//! The error type of all requests to a session.
 
 use crate::Missed;
 use std::fmt::Display;
@@ -13,7 +13,7 @@ use steradian_render::SceneError;
 use steradian_techniques::{BakeError, SavedError};
 use steradian_transfer::TransferError;
 
-/// Why a request fails; displays as one line that says what to do. [`Error::kind`] sorts it.
+/// Why a request fails; displays as one line that says what to do. [`Error::kind`] classifies it.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The request cannot be met as it is written.
@@ -25,7 +25,7 @@ pub enum Error {
     /// Anything else.
     #[error("{0}")]
     Failed(String),
-    /// What was made errs by more than was asked for.
+    /// The result's error is larger than the tolerance.
     #[error(transparent)]
     Missed(#[from] Missed),
     /// A file.
@@ -70,7 +70,7 @@ pub enum Error {
     Cancelled(#[from] Cancelled),
 }
 
-/// Whose fault an [`Error`] is; front ends map it to exit codes.
+/// Cause of an [`Error`]; front ends map it to exit codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// The request's: exit code 2.

@@ -26,10 +26,10 @@ use steradian_techniques::{
     find,
 };
 
-/// Tolerance of the reference where none is asked for.
+/// Tolerance of the reference where the request gives none.
 const REFERENCE_TOLERANCE: f64 = 1e-4;
 
-/// Why local light has no technique of its own there.
+/// Message where a method does not take a separate technique for local light.
 const LOCAL_ALONE: &str = "a local technique stands beside a technique: the reference, path and saved bakes have their own \
                            light; leave --local out, or name a --technique";
 
@@ -44,11 +44,11 @@ pub struct Points {
     pub t: Vec<DVec3>,
     /// Positions, metres, which point lights and meshes need.
     pub p: Option<Vec<DVec3>>,
-    /// Texture coordinates, which techniques with data per texel need, beside tangents along which u grows.
+    /// Texture coordinates, which techniques with data per texel need; u grows along the tangents.
     pub uv: Option<Vec<[f32; 2]>>,
 }
 
-/// What is evaluated at points.
+/// Evaluation of radiance at points.
 #[derive(Clone)]
 pub struct Request {
     /// The lights.
@@ -61,16 +61,16 @@ pub struct Request {
     pub params: ParamValues,
     /// The technique for directional and point lights; `None` shades them exactly.
     pub local: Option<Local>,
-    /// Relative error asked for: of each point by the reference (usually 1e-4), in the RMS over normals and
+    /// Largest relative error: of each point by the reference (1e-4 by default), in the RMS over normals and
     /// views by a technique.
     pub tolerance: Option<f64>,
-    /// How the reference reads texels; techniques fix their own lookup.
+    /// Interpolation of texels by the reference; techniques have their own.
     pub lookup: Option<Lookup>,
     /// For techniques that bake on a mesh.
     pub mesh: Option<Arc<Mesh>>,
     /// Light that varies over space, in place of `lights`.
     pub probes: Option<Arc<Probes>>,
-    /// What the files hold that `params` name ([`Session::planes`]).
+    /// Contents of the files that `params` name ([`Session::planes`]).
     pub planes: Planes,
 }
 
@@ -100,7 +100,7 @@ pub struct Answers {
     /// The error that a tolerance speaks of: the largest of the points for the reference, the RMS over
     /// normals and views for a technique.
     pub error: f64,
-    /// What a technique certifies.
+    /// The technique's certificate.
     pub certificate: Option<Certificate>,
 }
 
@@ -126,7 +126,7 @@ impl Points {
         Ok(Self { n, wo, t, p: optional(table, ["px", "py", "pz"])?, uv })
     }
 
-    /// Some of them.
+    /// The points with these indices.
     pub(crate) fn some(&self, which: impl Iterator<Item = usize> + Clone) -> Self {
         let of = |v: &[DVec3]| which.clone().map(|i| v[i]).collect();
         Self {
@@ -153,7 +153,7 @@ impl Answers {
         table.set_column("err", self.rows.iter().map(|a| a.1));
     }
 
-    /// As JSON: the points with their radiance, or their number alone.
+    /// As JSON: the points with their radiance, or only their number.
     pub fn document(&self, radiance: bool) -> Value {
         let points = match radiance {
             true => self.rows.iter().map(|(rgb, err)| json!({"rgb": rgb, "err": err})).collect(),
@@ -175,7 +175,7 @@ impl Request {
 }
 
 impl Session {
-    /// What the files hold that a request's parameters name.
+    /// Reads the files that a request's parameters name.
     pub fn planes(&mut self, request: &Request) -> Result<Planes, Error> {
         match &request.method {
             Method::Technique(t) => self.technique_planes(*t, &request.params, None),
@@ -195,9 +195,9 @@ impl Session {
         Ok(Outcome::new(answers, request.tolerance, error))
     }
 
-    /// The same under the request's lights.
+    /// Radiance at points under the request's lights.
     pub(crate) fn radiance_at(&self, request: &Request, points: &Points) -> Result<Answers, Error> {
-        // All of them: techniques see those alone that they bake.
+        // All lights are checked here, since techniques check only those that they bake.
         request.lights.check().map_err(Error::input)?;
         Ok(match &request.method {
             Method::Path | Method::File(_) if request.probes.is_some() => {
@@ -344,12 +344,12 @@ fn saved(file: &SavedBake, q: &Points) -> Result<Answers, Error> {
     Ok(answers(&mut *bake, &view, None, q))
 }
 
-/// Lights that are shaded with the exact reflectance beside a bake.
+/// Lights that are shaded in addition to a bake: exactly, or by a local technique.
 #[derive(Clone, Copy)]
 struct OtherLights<'a> {
     brdf: &'a SharedBrdf,
     lights: &'a Direct,
-    /// Directional and point lights by a technique of their own.
+    /// A separate technique for directional and point lights.
     local: Option<&'a dyn LocalShading>,
     shadows: Option<&'a dyn Blocker>,
 }

@@ -18,36 +18,36 @@ use steradian_parallel::prelude::*;
 /// Extensions of files of measurements, and the specs that read them.
 const MEASURED: [(&str, &str); 4] =
     [("binary", "merl"), ("bsdf", "rgl"), ("brdf", "cornell"), ("astm", "astm")];
-/// Reflectances that lie in memory at a time: a table of MERL's has 17 MiB.
+/// Number of reflectances in memory at a time: a table of MERL's has 17 MiB.
 const AT_ONCE: usize = 8;
 
 /// One reflectance, fitted.
 pub struct Fitted {
-    /// Its spec.
+    /// Spec of the reflectance.
     pub spec: String,
     /// Its name: that of the file or of the material.
     pub name: String,
-    /// Where its lobes are.
+    /// File that holds the lobes.
     pub output: PathBuf,
     /// The lobes, with their errors.
     pub fit: GaussianFit,
     /// Seconds of one processor.
     pub seconds: f64,
-    /// With a tolerance, the error that it is about ([`GaussianFit::worst`]).
+    /// With a tolerance, the error that the tolerance bounds ([`GaussianFit::worst`]).
     pub reached: Option<f64>,
 }
 
 /// Views up to here are "normal views", degrees.
 const NORMAL: f64 = 60.5;
 
-/// How good a fit is: squared errors, relative to the squared specular part of the view.
+/// Errors of a fit: squared, relative to the squared specular part of the view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summary {
-    /// In the mean of the views up to 60°.
+    /// Mean over the views up to 60°.
     pub mean: f64,
-    /// At the worst view.
+    /// Error of the worst view.
     pub worst: f64,
-    /// Its angle, degrees.
+    /// Angle of the view, degrees.
     pub degrees: f64,
     /// Views whose fit did not converge.
     pub unconverged: usize,
@@ -66,7 +66,7 @@ impl Fitted {
     }
 }
 
-/// The specs that an input stands for, sorted where they come from a folder: the files of measurements in a
+/// The specs that an input expands to, sorted where they come from a folder: the files of measurements in a
 /// folder, those of a pattern with `*` in the file's name, a file, every material of a table (`npf:FILE,*`,
 /// `sgd:*`), or a spec.
 pub fn expand_brdfs(input: &str) -> Result<Vec<String>, Error> {
@@ -92,13 +92,13 @@ pub fn expand_brdfs(input: &str) -> Result<Vec<String>, Error> {
     files.iter().map(spec).collect()
 }
 
-/// Which spec reads the file, by its extension.
+/// Name of the spec that reads a file with this extension.
 fn spec_of(path: &Path) -> Option<&'static str> {
     let extension = path.extension()?.to_string_lossy().to_lowercase();
     MEASURED.iter().find(|m| m.0 == extension).map(|m| m.1)
 }
 
-/// The name of a spec's material: of the file, or what names it in a file.
+/// Name of the material of a spec: that of its file, or of the material within a file.
 pub fn brdf_name(spec: &str) -> String {
     let last = spec.rsplit([',', ':', '/', '\\']).next().unwrap_or(spec).trim_start_matches('@');
     let stem = MEASURED.iter().find_map(|m| last.strip_suffix(&format!(".{}", m.0))).unwrap_or(last);
@@ -106,9 +106,9 @@ pub fn brdf_name(spec: &str) -> String {
 }
 
 impl Session {
-    /// Fits every spec and writes its lobes to the output beside it; with a tolerance as few lobes and views
-    /// of it as that takes ([`GaussianFit::within`]), and where none suffice the nearest, whose
-    /// [`Fitted::reached`] tells.
+    /// Fits every spec and writes its lobes to the corresponding output; with a tolerance, with as few lobes
+    /// and views as it needs ([`GaussianFit::within`]), or where none suffice the nearest fit, whose
+    /// [`Fitted::reached`] gives its error.
     pub fn fit(
         &mut self,
         jobs: Vec<(String, PathBuf)>,

@@ -1,4 +1,4 @@
-//! What a GPU draws of a stage and its baked surfaces.
+//! GPU data of a stage and its baked surfaces.
 
 use crate::Prepared;
 use glam::{Affine3A, Mat3};
@@ -13,8 +13,8 @@ use steradian_techniques::direct::Direct;
 use steradian_techniques::gpu::shadow;
 use steradian_techniques::local::beside;
 
-/// The lights that surfaces are shaded with beside their techniques: surfaces that fold suns into their data
-/// have the points alone.
+/// The lights that surfaces are shaded with in addition to their techniques: surfaces that fold suns into
+/// their data have only the point lights.
 fn lights(baked: &[Prepared]) -> Direct {
     let all = || baked.iter().map(|b| &b.direct.1);
     all().find(|d| has_suns(d)).or_else(|| all().find(|d| !d.is_empty())).cloned().unwrap_or_default()
@@ -24,7 +24,7 @@ pub fn has_suns(d: &Direct) -> bool {
     !(d.disks.is_empty() && d.directionals.is_empty())
 }
 
-/// Why the GPU cannot shade the lights beside the techniques, where it cannot.
+/// Why the GPU cannot shade these additional lights, if it cannot.
 pub fn unlit(baked: &[Prepared]) -> Option<String> {
     let local = |b: &Prepared| b.material.local.clone();
     if baked.iter().any(|b| local(b) != baked.first().and_then(local)) {
@@ -54,7 +54,7 @@ pub fn unlit(baked: &[Prepared]) -> Option<String> {
     without.map(|b| format!("{} has no GPU text for disks and points", b.direct.0.spec()))
 }
 
-/// What shades a baked material.
+/// The GPU technique of a baked material.
 pub fn technique(b: &Prepared) -> Option<GpuTechnique> {
     let bake = &b.bake.as_ref()?.0;
     let varied = if b.surface.maps.is_empty() { None } else { bake.gpu_varied() };
@@ -82,7 +82,7 @@ pub fn scene(stage: &Stage<'_>, baked: &[Prepared]) -> Scene {
     scene_by(stage, baked, technique)
 }
 
-/// One object per material slot that has triangles, with what `technique` makes of each material.
+/// One object per material slot that has triangles, shaded by `technique` of its material.
 pub fn scene_by(
     stage: &Stage<'_>,
     baked: &[Prepared],

@@ -1,5 +1,5 @@
-//! Inputs by name: light, reflectance, geometry, textures, technique. What a caller names may be any file;
-//! what a scene file names lies below its folder; what a saved bake names is not opened.
+//! Inputs by name: light, reflectance, geometry, textures, technique. A name from the caller may be any file;
+//! a name in a scene file must lie below its folder; a name in a saved bake is never opened.
 
 use crate::scene::complete;
 use crate::{Error, Session};
@@ -21,18 +21,18 @@ use steradian_sphere::{Layout, SphereImage};
 use steradian_techniques::local::Content;
 use steradian_techniques::{AnyTechnique, SavedBake};
 
-/// Relative error of a map of irradiance, root mean square, at most.
+/// Largest relative RMS error of a map of irradiance.
 const IRRADIANCE: f64 = 1e-4;
 
 /// The light where none is given.
 pub const DEFAULT_SKY: &str = "sky";
 
-/// How the file of a light is read, turned and scaled.
+/// How the file of a light is read, rotated and scaled.
 #[derive(Debug, Clone, Default)]
 pub struct Adjust {
-    /// Arrangement of the file; `None`: what the file records, else by its shape.
+    /// Arrangement of the file; `None`: as the file records it, else by its shape.
     pub layout: Option<FileLayout>,
-    /// Convention of the file; `None`: ours, or what the file says.
+    /// Convention of the file; `None`: as the file records it, else that of this library.
     pub profile: Option<&'static Profile>,
     /// Rotation of the light about +Y, degrees.
     pub rotate: f64,
@@ -60,8 +60,8 @@ pub fn is_sky(spec: &str) -> bool {
 /// Extensions of images in a folder of lights.
 const LIGHTS: [&str; 4] = ["hdr", "exr", "pfm", "pic"];
 
-/// The lights that a name stands for, sorted: those in a folder, those of a pattern with `*` in the file's
-/// name, or the one that it names.
+/// The lights that a name expands to, sorted: those in a folder, those of a pattern with `*` in the file's
+/// name, or the single one that it names.
 pub fn expand_lights(spec: &str) -> Result<Vec<String>, Error> {
     let path = Path::new(spec);
     let pattern = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -95,7 +95,7 @@ pub(crate) fn files_of(dir: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<
     Ok(out)
 }
 
-/// Does `name` match a pattern in which `*` stands for any characters?
+/// Does `name` match a pattern in which `*` matches any characters?
 pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else { return false };
@@ -117,7 +117,7 @@ fn sky(spec: &str) -> Result<Lights, Error> {
 const SKY_SIZE: (usize, usize) = (1024, 512);
 
 /// The files of a spec of [`Session::map`]: `whole` where that exists or cannot be anything else, else its
-/// parts, each of which `part` makes a path.
+/// parts, each made into a path by `part`.
 pub(crate) fn light_files(
     whole: &Path,
     part: impl Fn(&str) -> Result<PathBuf, Error>,
@@ -186,12 +186,12 @@ pub enum Method {
     Path,
     /// A technique.
     Technique(&'static dyn AnyTechnique),
-    /// A technique's saved bake: light and reflectance are what it was made of.
+    /// A technique's saved bake, with its own light and reflectance.
     File(Arc<SavedBake>),
 }
 
 impl Method {
-    /// The technique called `slug`; `-` and `_` are the same.
+    /// The technique called `slug`, in which `-` and `_` are equivalent.
     pub fn find(slug: &str) -> Result<Self, Error> {
         if slug == "reference" {
             return Ok(Self::Reference);
@@ -229,7 +229,7 @@ impl Method {
         }
     }
 
-    /// Its slug, with the file of a saved bake.
+    /// Slug, with the file of a saved bake.
     pub fn label(&self) -> String {
         match self {
             Self::File(f) => format!("{} {}", self.slug(), f.name()),
@@ -244,13 +244,12 @@ pub fn is_shape(spec: &str) -> bool {
     shapes::SHAPES.iter().any(|s| s.name == name)
 }
 
-/// Does a name stand for a file? Names without dots and folders that are no files are names of something
-/// else.
+/// Is a name that of a file? A name without dots and slashes that no file has is a name of something else.
 fn names_a_file(spec: &str) -> bool {
     Path::new(spec).exists() || spec.contains(['.', '/', '\\', '{', ','])
 }
 
-/// Refuses what is neither a shape nor, by its name, a file.
+/// Refuses a name that is neither a shape nor could be a file.
 pub(crate) fn check_shape(spec: &str) -> Result<(), Error> {
     let names: Vec<&str> = shapes::SHAPES.iter().map(|s| s.name).collect();
     let name = spec.split(':').next().unwrap_or(spec);
@@ -260,7 +259,7 @@ pub(crate) fn check_shape(spec: &str) -> Result<(), Error> {
     Err(Error::Input(format!("{}: no such file; {}", brief(spec), unknown("shape", name, &names))))
 }
 
-/// Refuses what is neither a sky nor, by its name, a file.
+/// Refuses a name that is neither a sky nor could be a file.
 fn check_light(spec: &str) -> Result<(), Error> {
     let name = spec.split(':').next().unwrap_or(spec);
     if is_sky(spec) || names_a_file(spec) {
@@ -304,7 +303,7 @@ impl Session {
         self.map_of(&files, spec, adjust, level)
     }
 
-    /// [`Session::map`] of files; `spec` is what messages call them.
+    /// [`Session::map`] of files; messages name them `spec`.
     fn map_of(
         &mut self,
         files: &[PathBuf],
@@ -341,12 +340,12 @@ impl Session {
         let mut lights =
             if is_sky(spec) { sky(spec)? } else { self.map(spec, adjust, 0)?.into_environment().into() };
         lights.adjust(adjust.rotate, adjust.gain());
-        // What a file holds was checked when it was read; exposure may make more of it.
+        // File contents were checked when read; exposure may make them infinite.
         lights.check().map_err(|e| Error::input(format!("{}: {e}", brief(spec))))?;
         Ok(lights)
     }
 
-    /// Loads the light that `files` are; `spec` is what messages call it.
+    /// Loads a light from `files`; messages name it `spec`.
     pub(crate) fn light_of(
         &mut self,
         files: &[PathBuf],
@@ -412,7 +411,7 @@ impl Session {
         if is_shape(spec) { shape(spec) } else { self.mesh_file(Path::new(spec)) }
     }
 
-    /// Loads a mesh file with all that it says; what was mended is warned about.
+    /// Loads a mesh file with its materials; repairs are reported as warnings.
     pub(crate) fn load_mesh(&mut self, path: &Path) -> Result<steradian_scene::Loaded, Error> {
         let loaded = steradian_scene::load(path, &self.limits())?;
         self.note_input(path);
@@ -450,7 +449,7 @@ impl Session {
             .ok_or_else(|| Error::input(format!("{}: has no red, green and blue", path.display())))
     }
 
-    /// What a file of a technique for local light holds: planes, and what is put behind their name.
+    /// Contents of a file of a technique for local light: planes, and the suffixes of their names.
     pub(crate) fn plane(
         &mut self,
         path: &Path,

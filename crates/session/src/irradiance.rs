@@ -6,18 +6,18 @@ use serde_json::{Value, json};
 use steradian_base::unknown;
 use steradian_sphere::sh::{Dering, ShRgb, Window, Zh3};
 
-/// What is asked for.
+/// Request for irradiance coefficients.
 #[derive(Debug, Clone)]
 pub struct Request {
     /// Light: an image, or a sky spec.
     pub environment: String,
-    /// How it is read, turned and scaled.
+    /// How the light is read, rotated and scaled.
     pub adjust: Adjust,
     /// Bands: 3 are orders 0 to 2, 9 coefficients.
     pub bands: usize,
     /// Window over them.
     pub window: Option<WindowSpec>,
-    /// Are they changed, as little as possible, such that the irradiance is nowhere negative?
+    /// Are coefficients changed, as little as possible, such that the irradiance is nowhere negative?
     pub dering: bool,
     /// Is ZH3 added: linear coefficients and one zonal number a channel?
     pub zh3: bool,
@@ -26,15 +26,15 @@ pub struct Request {
 /// Coefficients of radiance and irradiance.
 #[derive(Debug, Clone)]
 pub struct Coefficients {
-    /// Of radiance, after window and deringing.
+    /// Coefficients of radiance, after window and deringing.
     pub radiance: ShRgb,
-    /// Of irradiance in W m⁻² (no 1/π).
+    /// Coefficients of irradiance in W m⁻² (no 1/π).
     pub irradiance: ShRgb,
     /// Factors of the window, band by band.
     pub window: Option<Vec<f64>>,
-    /// What deringing did.
+    /// Changes made by deringing.
     pub dering: Option<Dering>,
-    /// ZH3, both ways, and what it misses.
+    /// ZH3, stored and hallucinated, and its errors.
     zh3: Option<Value>,
 }
 
@@ -59,7 +59,7 @@ impl Session {
 }
 
 impl Coefficients {
-    /// As JSON.
+    /// The coefficients as JSON.
     pub fn document(&self) -> Value {
         let radiance = rows(&self.radiance);
         let bands = radiance.len().isqrt();
@@ -81,7 +81,7 @@ impl Coefficients {
         document
     }
 
-    /// As a table: a coefficient a line, comma-separated.
+    /// The coefficients as comma-separated text, one a line.
     pub fn table(&self) -> String {
         let mut out =
             String::from("l,m,radiance_r,radiance_g,radiance_b,irradiance_r,irradiance_g,irradiance_b\n");
@@ -157,11 +157,11 @@ fn truncated(sh: &ShRgb, order: usize) -> ShRgb {
     out
 }
 
-/// The band to which ZH3's errors are measured; what follows changes irradiance by less than 0.2 % of a lone
-/// sun's.
+/// Highest band considered in ZH3's errors; higher ones change irradiance by less than 0.2 % of a lone sun's.
 const ZH3_ORDER: usize = 8;
 
-/// ZH3 of radiance up to [`ZH3_ORDER`] at least, both ways, and what they and plain coefficients miss.
+/// ZH3 of radiance up to [`ZH3_ORDER`] at least, stored and hallucinated, with its errors and those of plain
+/// coefficients.
 fn zh3_json(radiance: &ShRgb) -> Value {
     let (stored, guessed) = (Zh3::project(radiance), Zh3::hallucinate(radiance));
     json!({
@@ -207,7 +207,8 @@ mod tests {
         assert!(WindowSpec::parse("hann:0").is_err() && WindowSpec::parse("none:3").is_err());
     }
 
-    /// A lone sun: linear coefficients miss much, the short forms little of what nine coefficients have.
+    /// A lone sun: linear coefficients miss much of the irradiance, the short forms little compared with nine
+    /// coefficients.
     #[test]
     fn short_forms_lie_between_linear_and_quadratic() {
         let mut sh = ShRgb::zero(ZH3_ORDER);

@@ -1,9 +1,10 @@
-//! What every front end calls: inputs by name, bakes, the choice of a technique, pictures, comparisons and
-//! reports.
+//! Common functions of all front ends: inputs by name, bakes, the choice of a technique, pictures,
+//! comparisons and reports.
 //!
-//! A [`Session`] holds what requests share. Requests are plain data, results are plain data with a
-//! certificate, and errors are of one type ([`Error`]) that says whose fault they are. Where an accuracy was
-//! asked for, the result is an [`Outcome`], which cannot be used without saying what a miss means.
+//! A [`Session`] holds the state that requests share. Requests are plain data, results are plain data with a
+//! certificate, and errors are of one type ([`Error`]) that says whose fault they are. Where the request
+//! gives a tolerance, the result is an [`Outcome`], which the caller must resolve: it says whether the
+//! tolerance was met.
 //!
 //! ```
 //! use steradian_session::{Scene, Session};

@@ -1,10 +1,10 @@
-//! A scene that is drawn again and again while its camera, its lights and its materials change: what a window
-//! shows.
+//! A scene for interactive display, drawn again and again while its camera, its lights and its materials
+//! change.
 //!
-//! [`Session::live`] bakes only what changed since the scene before; [`Live::gpu`] is what a GPU draws of it,
-//! and [`Live::turned`] what another camera or a turned light change of that. [`Following`] lets it follow a
+//! [`Session::live`] bakes only what changed since the scene before; [`Live::gpu`] is its data for a GPU, and
+//! [`Live::turned`] the changes to these by another camera or a rotated light. [`Following`] lets it follow a
 //! sky that moves faster than bakes. Pictures by the reference ([`Session::truth`]) are those that
-//! [`Session::compare`] holds techniques against.
+//! [`Session::compare`] compares techniques with.
 
 mod follow;
 
@@ -29,7 +29,8 @@ use steradian_sphere::Layout;
 use steradian_techniques::gpu::Uniform;
 use steradian_techniques::{GpuTechnique, View};
 
-/// What a scene is made of, by name: of what keeps its name, everything that was baked stays.
+/// Identities of a scene's inputs: data that depend only on inputs whose names are unchanged are not baked
+/// again.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Names {
     /// The geometry and its maps.
@@ -55,7 +56,7 @@ pub struct Live {
 const PREVIEW_TOLERANCE: f64 = 0.2;
 const PREVIEW_ROWS: usize = 128;
 
-/// What another view changes of an object.
+/// Changes of an object by another view.
 pub enum Turned {
     /// Uniforms alone.
     Uniforms(Vec<Uniform>),
@@ -63,7 +64,7 @@ pub enum Turned {
     Technique(Box<GpuTechnique>),
 }
 
-/// What lies under a pixel.
+/// The surface under a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Probe {
     /// Material slot.
@@ -85,9 +86,9 @@ pub struct Truth {
     pub error: f64,
 }
 
-/// How far a picture is from the reference's, over the pixels that surfaces cover.
+/// Difference of a picture from the reference's, over the pixels that surfaces cover.
 pub struct Difference {
-    /// Of radiance.
+    /// Errors of radiance.
     pub errors: Errors,
     /// Mean FLIP.
     pub flip: f64,
@@ -96,15 +97,15 @@ pub struct Difference {
 }
 
 impl Session {
-    /// Bakes what `scene` needs. Of `before`, whatever was made of the same light, reflectance and geometry
-    /// is taken over; where a technique was chosen for a material, it stays under another light.
+    /// Bakes the data that `scene` needs. Data of `before` that depend on the same light, reflectance and
+    /// geometry are reused; where a technique was chosen for a material, it stays under another light.
     pub fn live(&self, scene: &Scene, names: Names, before: Option<&Live>) -> Result<Live, Error> {
         self.baked(scene, names, before, false)
     }
 
-    /// `scene` to look at while [`Session::live`] bakes it: within a tenth of a second or two, by coarser
-    /// bakes of unknown error under light of fewer texels. `None` where nothing of `before` can be taken
-    /// over, or all of it.
+    /// A preview of `scene` while [`Session::live`] bakes it: within a tenth of a second or two, by coarser
+    /// bakes of unknown error under light of fewer texels. `None` where nothing of `before` can be reused, or
+    /// everything.
     pub fn preview(&self, scene: &Scene, names: Names, before: &Live) -> Result<Option<Live>, Error> {
         let same_mesh = before.has_mesh_of(scene, &names);
         let materials = scene.materials.iter().chain(&scene.ground);
@@ -258,17 +259,17 @@ impl Live {
         self.camera
     }
 
-    /// Materials that were baked for it: the others were taken over.
+    /// Number of materials baked for this scene; the data of all other ones were reused.
     pub fn rebaked(&self) -> usize {
         self.rebaked
     }
 
-    /// Is it a preview, of which no error is known?
+    /// Is it a preview, whose error is not measured?
     pub fn is_preview(&self) -> bool {
         self.preview
     }
 
-    /// Does it stay the same triangles, with data at the same vertices, where `scene` is baked after it?
+    /// Would baking `scene` after this one keep the triangles, with data at the same vertices?
     pub fn has_mesh_of(&self, scene: &Scene, names: &Names) -> bool {
         self.names.mesh == names.mesh && self.sited == scene.sited()
     }
@@ -293,7 +294,7 @@ impl Live {
         self.materials.iter().map(|p| p.bytes).sum()
     }
 
-    /// What a GPU draws in a picture of `height` rows.
+    /// Data for a GPU to draw a picture of `height` rows.
     pub fn gpu(&self, camera: Camera, height: usize, rotation: Mat3) -> gpu::Scene {
         let scene = Scene { settings: Settings { height, ..self.scene.settings }, ..self.without_mesh() };
         let background = background(&scene, &camera);
@@ -319,7 +320,7 @@ impl Live {
         out
     }
 
-    /// What a camera and a rotation of the light change of each object of [`Live::gpu`].
+    /// Changes by a camera and a rotation of the light to each object of [`Live::gpu`].
     pub fn turned(&self, camera: Camera, rotation: Mat3) -> Vec<Turned> {
         let view = View { light_rotation: rotation, ..view(&camera) };
         let of = |k: usize| {
@@ -343,7 +344,7 @@ impl Live {
         (0..used.len()).filter(|&k| used[k]).collect()
     }
 
-    /// What lies under the point (`x`, `y`) of a picture of `size`, in pixels from its upper left corner.
+    /// The surface under the point (`x`, `y`) of a picture of `size`, in pixels from its upper left corner.
     pub fn probe(&self, camera: Camera, [x, y]: [f32; 2], size: [usize; 2]) -> Option<Probe> {
         let ray = camera.ray(x, y, size[0] as u32, size[1] as u32);
         let hit = self.bvh.closest(&ray, f32::INFINITY)?;
@@ -362,7 +363,8 @@ impl Live {
 }
 
 impl Truth {
-    /// How far `film` is from it, both developed alike: the numbers of [`Session::compare`].
+    /// Difference of `film` from this picture, both developed with the same settings: the numbers of
+    /// [`Session::compare`].
     pub fn difference(&self, film: &Film, develop: Develop) -> Difference {
         let (errors, flip, picture) =
             differences(film, &develop.film(film), &self.film, &develop.film(&self.film));
@@ -446,7 +448,7 @@ mod tests {
         let mut session = Session::new();
         let first = standing(&mut session, FIRST, "split_sum");
         let a = session.live(&first, names("studio"), None).expect("bakes");
-        // Another reflectance of the ring leaves the ground's data as they are.
+        // Another reflectance of the ring leaves the ground's data unchanged.
         let other = standing(&mut session, "ggx:alpha=0.4,f0=1", "split_sum");
         let b = session.live(&other, names("studio"), Some(&a)).expect("bakes");
         assert!(b.same_mesh(&a) && b.rebaked() == 1);

@@ -1,4 +1,4 @@
-//! Techniques for directional and point lights, as they are asked for.
+//! Techniques for directional and point lights, as requests name them.
 
 use crate::scene::below;
 use crate::{Error, Material, Method, Outcome, Session};
@@ -23,7 +23,7 @@ pub struct Local {
     pub technique: &'static dyn AnyLocal,
     /// Its parameters.
     pub params: ParamValues,
-    /// What the files hold that its parameters name ([`Session::open_local`]).
+    /// Contents of the files that its parameters name ([`Session::open_local`]).
     planes: Planes,
     /// The bidirectional texture function that one of them names.
     apparent: Option<Arc<Btf>>,
@@ -32,7 +32,7 @@ pub struct Local {
     made: Arc<Mutex<Option<Made>>>,
 }
 
-/// The last bake, and what it was made of.
+/// The last bake, and the inputs that it was made from.
 struct Made {
     key: String,
     mesh: Option<Arc<Mesh>>,
@@ -40,7 +40,7 @@ struct Made {
 }
 
 impl Local {
-    /// What stands for exact shading.
+    /// Name for exact shading, without a technique.
     pub const EXACT: &'static str = "exact";
 
     /// Is this the name of a saved bake?
@@ -73,7 +73,7 @@ impl Local {
         Ok(Some(Self { technique, params, planes, apparent: None, saved: None, made }))
     }
 
-    /// Every name that [`Local::parse`] knows, `exact` first.
+    /// Every name that [`Local::parse`] accepts, `exact` first.
     pub fn slugs() -> Vec<&'static str> {
         std::iter::once(Self::EXACT).chain(locals().iter().map(|t| t.card().slug)).collect()
     }
@@ -88,23 +88,23 @@ impl Local {
         if self.params.0.is_empty() { slug.into() } else { format!("{slug}:{body}") }
     }
 
-    /// Does what it prepares for a frame depend on the view?
+    /// Does its preparation for a frame depend on the view?
     pub(crate) fn sees_view(&self) -> bool {
         self.technique.card().needs.view
     }
 
-    /// Does it know what the mesh hides of the lights or reflects?
+    /// Does it compute shadows or interreflection of the mesh?
     pub(crate) fn knows_mesh(&self) -> bool {
         self.technique.card().capabilities.self_shadowing && self.technique.needs_sites(&self.params)
     }
 
-    /// How far apart vertices of a mesh lie at most, over the diagonal of the object near it, where it knows
-    /// shadows at them.
+    /// Largest distance between vertices of a mesh, relative to the diagonal of the object near it, where
+    /// shadows are computed at them.
     pub(crate) fn spacing(&self) -> Option<f32> {
         self.knows_mesh().then_some(1.0 / 12.0)
     }
 
-    /// Has it normals of its own, which all light is shaded with?
+    /// Does it have normals of its own, which all light is shaded with?
     pub fn has_bumps(&self) -> bool {
         let bumpy = |p: &Plane| matches!(p.content, Content::Heights | Content::Normals);
         match &self.saved {
@@ -138,17 +138,17 @@ impl Local {
         self.files().map(|(_, file)| file).chain(self.saved.iter().map(|s| s.path.as_path()))
     }
 
-    /// The same with data per texel that no file holds, under the names of [`AnyLocal::planes`].
+    /// This technique with data per texel that come from no file, under the names of [`AnyLocal::planes`].
     pub fn with_planes(self, planes: Planes) -> Self {
         Self { planes, made: Arc::default(), ..self }
     }
 
-    /// The same with a bidirectional texture function that no file holds.
+    /// This technique with a bidirectional texture function that comes from no file.
     pub fn with_apparent(self, apparent: Arc<Btf>) -> Self {
         Self { apparent: Some(apparent), made: Arc::default(), ..self }
     }
 
-    /// Does it shade with data per texel, of its own or of the material's normals?
+    /// Does it shade with data per texel, its own or the material's normals?
     pub fn is_textured(&self, normals: bool) -> bool {
         self.saved.as_ref().is_some_and(|s| s.bake.is_textured())
             || self.files().next().is_some()
@@ -157,7 +157,7 @@ impl Local {
             || (normals && self.reads_normals())
     }
 
-    /// Are its data per texel the files that `technique` reads under the same names?
+    /// Are its data per texel the same files that `technique` reads under the same names?
     pub(crate) fn reads_like(&self, technique: &dyn AnyTechnique, params: &ParamValues) -> bool {
         let own: Vec<_> = self.files().map(|(p, path)| (p, path.to_path_buf())).collect();
         let held = self.saved.is_some() || self.apparent.is_some();
@@ -169,7 +169,7 @@ impl Local {
         self.technique.planes().iter().any(|p| p.content == Content::Normals)
     }
 
-    /// Refuses a mesh on which data per texel have no place; `name` is what messages call it.
+    /// Refuses a mesh without the texture coordinates that data per texel need; messages call it `name`.
     pub fn check_mesh(&self, mesh: &Mesh, normals: bool, name: &str) -> Result<(), Error> {
         if self.is_textured(normals) && mesh.uvs.len() != mesh.positions.len() {
             let slug = self.technique.card().slug;
@@ -230,8 +230,8 @@ impl Local {
 }
 
 impl Session {
-    /// A technique for local light with what its parameters' files hold. Those of a scene file lie below its
-    /// `folder`.
+    /// A technique for local light with the contents of its parameters' files, which for a scene file must
+    /// lie below its `folder`.
     pub fn open_local(&mut self, local: &Local, folder: Option<&Path>) -> Result<Local, Error> {
         if let Some(file) = &local.saved {
             self.note_input(&file.path);
@@ -242,16 +242,16 @@ impl Session {
         Ok(Local { planes, apparent, made: Arc::default(), ..local.clone() })
     }
 
-    /// A material with what the files hold that parameters of its technique name. Those of a scene file lie
-    /// below its `folder`.
+    /// A material with the contents of the files that its technique's parameters name, which for a scene file
+    /// must lie below its `folder`.
     pub fn open_material(&mut self, m: Material, folder: Option<&Path>) -> Result<Material, Error> {
         let Some(Method::Technique(t)) = m.method else { return Ok(m) };
         let planes = self.technique_planes(t, &m.params, folder)?;
         Ok(Material { planes, ..m })
     }
 
-    /// A material with what the files hold that parameters of any of these methods name, to be compared by
-    /// them.
+    /// A material with the contents of the files that parameters of any of these methods name, so that the
+    /// methods can be compared.
     pub fn open_compared(
         &mut self,
         m: Material,
@@ -266,7 +266,7 @@ impl Session {
             if one.is_empty() {
                 continue;
             }
-            // Two sets of images are two reflectances, of which a reference can be one alone.
+            // Two sets of images are two reflectances, and the reference can represent only one.
             let names: Vec<&str> = t.planes().iter().map(|p| p.name).collect();
             if !read.is_empty() && read != names {
                 let why = "its images say other numbers than those of another technique: compare them apart";
@@ -280,7 +280,7 @@ impl Session {
         Ok(Material { planes, ..m })
     }
 
-    /// What the files hold that a technique's parameters name.
+    /// Contents of the files that a technique's parameters name.
     pub(crate) fn technique_planes(
         &mut self,
         t: &dyn AnyTechnique,
@@ -337,11 +337,11 @@ pub struct LocalRequest {
     pub local: Local,
     /// Spec of the reflectance.
     pub brdf: String,
-    /// Relative RMS error asked for.
+    /// Largest relative RMS error.
     pub tolerance: Option<f64>,
 }
 
-/// What was baked.
+/// A finished bake of a local technique.
 pub struct BakedLocal {
     /// The bake.
     pub bake: Arc<dyn LocalBake>,
@@ -366,7 +366,7 @@ impl BakedLocal {
 }
 
 impl Session {
-    /// Bakes a technique for directional and point lights, with what the files of its parameters hold.
+    /// Bakes a technique for directional and point lights, with the contents of its parameters' files.
     pub fn baked_local(&mut self, request: &LocalRequest) -> Result<Outcome<BakedLocal>, Error> {
         let brdf = self.brdf(&request.brdf)?;
         let local = self.open_local(&request.local, None)?;
@@ -395,8 +395,8 @@ impl PartialEq for Local {
     }
 }
 
-/// What is known of the sum of two parts of the light: the larger error of the two, each relative to its
-/// part. (Of parts that are not negative the sum errs by √2 of it at most.)
+/// Certificate for the sum of two parts of the light: the larger error of both, each relative to its part.
+/// (Where both parts are non-negative, the relative error of the sum is at most √2 times that.)
 pub(crate) fn joint(distant: Certificate, local: &Certificate) -> Certificate {
     let weaker = |e: Evidence| matches!(e, Evidence::Estimated);
     let known = match (distant.known, local.known) {
@@ -408,7 +408,7 @@ pub(crate) fn joint(distant: Certificate, local: &Certificate) -> Certificate {
     if local.error <= all.error {
         return all;
     }
-    // By elevation nothing is known of the larger one.
+    // The error of local light, the larger one here, is not known by elevation.
     let metric = format!("{}; of local light: {}", all.metric, local.metric);
     Certificate { error: local.error, metric, elevations: Vec::new(), ..all }
 }
@@ -546,7 +546,7 @@ mod tests {
         }
     }
 
-    /// Points lie in no triangle, and the reference has no technique beside it.
+    /// Points lie in no triangle, and the reference takes no additional technique.
     #[test]
     fn what_has_no_meaning_is_refused() {
         let near = Lights {

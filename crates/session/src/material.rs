@@ -1,4 +1,4 @@
-//! Materials: as they are asked for, and ready to shade.
+//! Materials: as requests give them, and ready to shade.
 
 mod common_shadows;
 mod prepare;
@@ -22,10 +22,10 @@ use steradian_techniques::direct::Direct;
 use steradian_techniques::local::LocalShading;
 use steradian_techniques::{TexelReflectance, Varies};
 
-/// Relative error per sample at which the reference renders pictures: far below what eight bits show.
+/// Relative error per sample at which the reference renders pictures: far below the steps of eight bits.
 pub(crate) const PICTURE_TOLERANCE: f64 = 2e-3;
 
-/// A material as asked for.
+/// A material as a request gives it.
 #[derive(Clone)]
 pub struct Material {
     /// The reflectance.
@@ -34,7 +34,7 @@ pub struct Material {
     pub method: Option<Method>,
     /// Parameters of the technique.
     pub params: ParamValues,
-    /// What the files hold that these parameters name ([`crate::Session::open_material`]).
+    /// Contents of the files that these parameters name ([`crate::Session::open_material`]).
     pub planes: Planes,
     /// The technique for directional and point lights; `None` shades them exactly.
     pub local: Option<Local>,
@@ -58,19 +58,19 @@ impl Material {
         !self.planes.is_empty() || self.local.as_ref().is_some_and(|l| l.is_textured(normals))
     }
 
-    /// What techniques bake.
+    /// The material as techniques bake it.
     pub(crate) fn baked(&self) -> steradian_techniques::Material {
         steradian_techniques::Material::new(self.brdf.clone())
             .with_textures(self.planes.clone())
             .with_bumps(self.maps.normal.is_some())
     }
 
-    /// The reflectance of each point, where what its technique reads makes it differ from texel to texel.
+    /// The reflectance of each point, where textures that its technique reads make it vary.
     pub(crate) fn texel_reflectance(&self) -> Option<TexelReflectance> {
         TexelReflectance::of(&self.baked())
     }
 
-    /// Refuses a mesh on which data per texel have no place; `name` is what messages call it.
+    /// Refuses a mesh without the texture coordinates that data per texel need; messages call it `name`.
     pub fn check_mesh(&self, mesh: &Mesh, name: &str) -> Result<(), Error> {
         if let (false, Some(method)) = (self.planes.is_empty(), &self.method)
             && mesh.uvs.len() != mesh.positions.len()
@@ -95,7 +95,7 @@ impl Material {
         Self { method: Some(method), ..self.clone() }
     }
 
-    /// Do both shade alike but for their textures?
+    /// Do both shade alike except for their textures?
     pub(crate) fn shades_like(&self, other: &Prepared) -> bool {
         self.brdf.spec() == other.material.brdf.spec()
             && self.params == other.material.params
@@ -109,9 +109,9 @@ impl Material {
 /// A material that is ready to shade.
 #[derive(Clone)]
 pub struct Prepared {
-    /// What was asked for.
+    /// The material as requested.
     pub material: Material,
-    /// What shades it.
+    /// The method that shades it.
     pub method: Method,
     /// The surface, for [`steradian_render::render`].
     pub surface: Surface,
@@ -119,19 +119,20 @@ pub struct Prepared {
     pub certificate: Option<Certificate>,
     /// The reference, which says its error once it has shaded.
     pub reference: Option<Arc<ReferenceShader>>,
-    /// What of the surface's maps it shades with.
+    /// Properties of the surface's maps that it shades with.
     pub varies: Varies,
-    /// Are there lights beside the technique's data, which know no maps but the mean normal?
+    /// Are there lights shaded in addition to the technique's data? Of the maps these use the mean normal
+    /// alone.
     pub lit: bool,
     /// Relative RMS error over points of the picture, against the reference, where that was measured.
     pub picture_error: Option<f64>,
-    /// Why it was not, where it would have been.
+    /// Why the error in the picture was not measured, where it would have been.
     pub picture_unmeasured: Option<&'static str>,
-    /// Processor seconds that this measurement's reference took.
+    /// Processor seconds of the reference in this measurement.
     pub sample_seconds: f64,
-    /// How the session came to choose the technique, where it did.
+    /// Record of the choice, where the session chose the technique.
     pub choice: Option<Arc<Choice>>,
-    /// The normals of its technique for directional and point lights, which all other light is shaded with
+    /// Normals of the technique for directional and point lights; all other light is shaded with them too
     /// where the material has none.
     pub(crate) bumps: Option<Arc<NormalMap>>,
     /// The technique's bake; `None` for the reference.
@@ -139,25 +140,25 @@ pub struct Prepared {
     /// The reflectance, and the lights that are shaded with it on top of the technique.
     #[cfg(any(feature = "gpu", feature = "web"))]
     pub(crate) direct: (SharedBrdf, Direct),
-    /// Shading of directional and point lights by a technique of their own.
+    /// Shading of directional and point lights by a separate technique.
     #[cfg(any(feature = "gpu", feature = "web"))]
     pub(crate) local: Option<Arc<dyn LocalShading>>,
-    /// What stands between the surface and the lights beside the technique's data.
+    /// Occluders of the lights that are shaded in addition to the technique's data.
     #[cfg(any(feature = "gpu", feature = "web"))]
     pub(crate) blocker: Option<Arc<dyn steradian_scene::shadow::Blocker>>,
-    /// Do rays shadow the lights beside the technique's data?
+    /// Do rays shadow those lights?
     pub(crate) shadowed: bool,
-    /// And rays over the lobe all other light?
+    /// Do rays over the lobe shadow all other light?
     pub(crate) lobe: bool,
     /// Bytes that shading reads; 0 for the reference.
     pub bytes: usize,
     /// Seconds that the bake took.
     pub seconds: f64,
-    /// What its certificate covers beside the bake's.
+    /// Parts of the shading that the bake's certificate does not cover.
     pub(crate) others: OtherCertificates,
 }
 
-/// What a certificate covers beside that of the bake.
+/// Parts of a material's shading that the bake's certificate does not cover, and their certificates.
 #[derive(Clone, Default)]
 pub(crate) struct OtherCertificates {
     /// Are lights shaded exactly?
@@ -167,7 +168,7 @@ pub(crate) struct OtherCertificates {
 }
 
 impl OtherCertificates {
-    /// That of a technique for directional and point lights.
+    /// The certificate of the technique for directional and point lights.
     pub(crate) fn local(&self) -> Option<&Certificate> {
         self.local.as_ref()
     }
@@ -185,18 +186,19 @@ impl OtherCertificates {
 }
 
 impl Prepared {
-    /// Does its technique know what the mesh hides?
+    /// Does its technique compute self-shadowing?
     pub fn knows_shadows(&self) -> bool {
         matches!(&self.method, Method::Technique(t) if t.self_shadowing(&self.material.params))
     }
 
-    /// The error reached: what the technique states, or the largest that the reference was left with.
+    /// The error: that of the certificate, or the largest remaining error estimate of the reference.
     pub fn error(&self) -> f64 {
         let judged = self.reference.as_ref().map_or(0.0, |j| j.worst());
         self.certificate.as_ref().map_or(judged, |c| c.error)
     }
 
-    /// Which data of what a GPU shades it with are filtered light, where no others depend on the light.
+    /// Data of its GPU technique that are filtered light and may be refiltered on the device; `None` where
+    /// other data depend on the light too.
     #[cfg(any(feature = "gpu", feature = "web"))]
     pub(crate) fn light_tables(&self) -> Option<steradian_techniques::gpu::LightTables> {
         self.bake.as_ref()?.0.light_tables(!self.surface.maps.is_empty())
@@ -233,7 +235,7 @@ impl Prepared {
         }
     }
 
-    /// Measures the error of what was baked as a draft.
+    /// Measures the error of a draft bake.
     pub(crate) fn certify(&mut self, under: Under<'_>, task: &Task) -> Result<(), Error> {
         let Some(bake) = &self.bake else { return Ok(()) };
         let start = Instant::now();
@@ -243,7 +245,7 @@ impl Prepared {
         Ok(())
     }
 
-    /// How the error is known.
+    /// How the error is known, in a word.
     pub fn known(&self) -> &'static str {
         self.certificate.as_ref().map_or("estimated", |c| c.known.word())
     }
@@ -256,7 +258,7 @@ impl Prepared {
         }
     }
 
-    /// The same data under another material's textures; it costs nothing.
+    /// This bake, shared, under another material's textures.
     pub(crate) fn shared(&self, material: &Material) -> Self {
         let (base_colour, mut maps) = (material.base_colour.clone(), material.maps.clone());
         maps.normal = maps.normal.or_else(|| self.bumps.clone());
@@ -271,7 +273,7 @@ impl Prepared {
         }
     }
 
-    /// What of the material's maps its technique leaves out.
+    /// The material's maps that its technique ignores.
     pub fn left_out(&self) -> Vec<&'static str> {
         let mut left_out = self.material.left_out_by(self.varies);
         if self.lit && !self.material.maps.is_empty() {
@@ -281,7 +283,7 @@ impl Prepared {
     }
 }
 
-/// What a material is baked of that is no longer what it was.
+/// The single input of a bake that has changed.
 #[cfg(feature = "gpu")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Changed {
@@ -295,16 +297,16 @@ pub(crate) enum Changed {
 
 #[cfg(feature = "gpu")]
 impl Changed {
-    /// What one rebaked factor makes `after` of `before`; `None` where more has to be baked.
+    /// The factor whose rebake turns `before` into `after`; `None` where more has to be baked.
     pub fn of(before: &Prepared, after: &Material, light: bool, geometry: bool) -> Option<Self> {
         let Method::Technique(t) = before.method else { return None };
         let kept = match &after.method {
-            // A saved bake has its technique's slug, and data of its own.
+            // A saved bake has its technique's slug, but other data.
             Some(Method::Technique(m)) => {
                 m.card().slug == t.card().slug && after.params == before.material.params
             }
             Some(_) => return None,
-            // The session's choice stays for what it was made for.
+            // The session's choice stands for the reflectance for which it was made.
             None => before.material.method.is_none() && after.brdf.spec() == before.material.brdf.spec(),
         };
         let bare = after.local.is_none() && before.local.is_none() && !before.shadowed;

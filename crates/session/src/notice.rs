@@ -1,4 +1,4 @@
-//! What a session tells while it works, beside its results.
+//! Messages of a session while it works, in addition to its results.
 
 use std::path::PathBuf;
 use steradian_engines::percent;
@@ -12,19 +12,19 @@ pub enum Notice {
     Input {
         /// The input.
         name: String,
-        /// What is odd.
+        /// The oddity.
         what: String,
     },
-    /// What is given beside a saved bake is not what was baked.
+    /// An input given with a saved bake differs from the one that was baked.
     #[error("{given}: {bake} was baked {of}, {baked}")]
     NotBaked {
-        /// What is given.
+        /// The input given.
         given: String,
         /// The file of the bake.
         bake: String,
         /// "from another light" or "of another reflectance".
         of: &'static str,
-        /// What was baked.
+        /// The input that was baked.
         baked: String,
     },
     /// A file's format could not hold all.
@@ -32,7 +32,7 @@ pub enum Notice {
     Lost {
         /// The file.
         path: PathBuf,
-        /// What it lost.
+        /// The losses.
         report: WriteReport,
         /// The part of the light, or of the picture, that was clipped; `None`: it is neither.
         share: Option<f64>,
@@ -43,7 +43,7 @@ pub enum Notice {
     /// Samples of a GPU's picture were clipped.
     #[error("{samples} samples are beyond the GPU's 16-bit range and were clipped")]
     Clipped {
-        /// How many.
+        /// Number of samples.
         samples: u32,
     },
     /// Something would be computed on a GPU and is not.
@@ -52,7 +52,7 @@ pub enum Notice {
         /// Why.
         why: String,
     },
-    /// Which technique a material got, and how far it is off.
+    /// The technique chosen for a material, and its error.
     #[error(transparent)]
     Technique(#[from] crate::Chosen),
     /// No technique was good enough.
@@ -66,7 +66,7 @@ pub enum Notice {
     LeftOut {
         /// The technique.
         technique: &'static str,
-        /// What.
+        /// The ignored properties.
         what: Vec<&'static str>,
     },
     /// Anything else.

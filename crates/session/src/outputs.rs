@@ -1,4 +1,4 @@
-//! Outputs: formats, provenance, and what a format could not hold.
+//! Outputs: formats, provenance, and values that a format could not hold.
 
 use crate::{Destinations, Error, Notice, Session};
 use std::path::Path;
@@ -19,7 +19,7 @@ pub const ANIMATION: &str = "apng";
 /// Frames a second of turntables.
 pub const FRAME_RATE: u16 = 24;
 
-/// Is the extension of a name one of `known`, which are in small letters?
+/// Is the extension of a name one of `known`, which are in lower case?
 pub fn has_extension(path: &Path, known: &[&str]) -> bool {
     path.extension().is_some_and(|e| known.iter().any(|k| e.eq_ignore_ascii_case(k)))
 }
@@ -43,7 +43,7 @@ pub fn file_name(path: &Path) -> String {
     path.file_name().map_or_else(|| path.to_string_lossy(), |n| n.to_string_lossy()).into_owned()
 }
 
-/// Refuses an output whose extension is none of `known`, and one whose folder is missing: asked before the
+/// Refuses an output whose extension is none of `known`, or whose folder is missing. To be called before the
 /// work, so that it is not done in vain.
 pub fn check_output(path: &Path, known: &[&str]) -> Result<(), Error> {
     if has_extension(path, known) {
@@ -71,7 +71,8 @@ pub fn check_format(format: Option<TexelFormat>, path: &Path) -> Result<(), Erro
 }
 
 impl Session {
-    /// An image to a file, with provenance; what it could not hold is told and returned.
+    /// Writes an image to a file, with provenance; values that the format could not hold are reported and
+    /// returned.
     pub fn write_image(
         &self,
         path: &Path,
@@ -119,7 +120,7 @@ impl Session {
             return Err(Error::failed(format!("{}: {why}", path.display())));
         }
         if !has_extension(path, &["png"]) {
-            // OpenEXR's alpha is associated; the other formats have none, and keep the background.
+            // OpenEXR's alpha is associated; formats without alpha keep the background.
             let raster =
                 if has_extension(path, &["exr"]) { film.into_associated() } else { film.into_raster() };
             return self.write_image(path, &raster, WriteOptions::default()).map(|_| ());

@@ -9,7 +9,7 @@ use steradian_render::plot::Drawing;
 /// A page in the making.
 pub struct Page(String);
 
-/// Bytes of a picture that is read again.
+/// Largest size, bytes, of a picture when it is read back.
 const MAX_DECODED: usize = 256 << 20;
 
 const STYLE: &str = "body{font:15px/1.5 sans-serif;margin:2em;max-width:75em}table{border-collapse:collapse}\
@@ -17,7 +17,7 @@ const STYLE: &str = "body{font:15px/1.5 sans-serif;margin:2em;max-width:75em}tab
     figure{display:inline-block;margin:0 1em 1em 0;vertical-align:top}figcaption{font-size:13px}";
 
 impl Page {
-    /// A page with a title and what it is about.
+    /// A page with a title and a description.
     pub fn new(title: &str, about: &str) -> Self {
         let (title, about) = (escaped(title), escaped(about));
         Self(format!(
@@ -36,7 +36,7 @@ impl Page {
         self.0.push_str(&format!("<p>{}</p>\n", escaped(text)));
     }
 
-    /// What comes next begins below.
+    /// Starts a new line.
     pub fn line_break(&mut self) {
         self.0.push_str("<br>\n");
     }
@@ -54,7 +54,7 @@ impl Page {
         self.0.push_str("</table>\n");
     }
 
-    /// A table with a head, whose rows begin with a link to a file beside the page.
+    /// A table with a head, whose rows begin with a link to a file in the page's folder.
     pub fn links(&mut self, head: &[String], rows: impl Iterator<Item = (String, Vec<String>)>) {
         self.0.push_str("<table>\n");
         self.row(head, "th");
@@ -111,7 +111,7 @@ pub(crate) fn encoded(picture: &Display) -> Result<Vec<u8>, Error> {
     Ok(out)
 }
 
-/// What [`encoded`] made; `None` of anything else.
+/// Reads a picture that [`encoded`] wrote; `None` for anything else.
 pub(crate) fn decoded(bytes: &[u8]) -> Option<Display> {
     let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
     decoder.set_limits(png::Limits { bytes: MAX_DECODED });

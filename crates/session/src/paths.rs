@@ -10,7 +10,7 @@ use steradian_render::{Background, Film, PathShader, PathStage, Settings, Stage,
 use steradian_scene::{Bvh, Camera};
 use steradian_sphere::Frame;
 
-/// What is asked of the path tracer.
+/// Settings of the path tracer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Paths {
     /// Reflections at most; 1 is direct light with shadows.
@@ -40,7 +40,7 @@ pub struct Traced {
 }
 
 impl Traced {
-    /// What is known of its error.
+    /// Certificate of a path-traced picture: its noise.
     pub fn certificate(&self) -> Certificate {
         let metric = "standard error of path tracing over radiance, RMS over the pixels that surfaces cover";
         let certificate = Certificate::new(self.noise, Evidence::Estimated).metric(metric);
@@ -48,18 +48,18 @@ impl Traced {
     }
 }
 
-/// Paths of a shaded point in one picture of the many that are averaged.
+/// Paths per shaded point in one of the pictures that are averaged.
 const SAMPLES: u32 = 2;
-/// Pictures at least, so that their spread tells the variance.
+/// Fewest pictures, so that their spread gives the variance.
 const LEAST: u64 = 8;
 /// Pictures at most.
 const MOST: u64 = 8192;
-/// Paths of a point of a list at first, and at most.
+/// Paths of a point of a list: the first number, and the most.
 const POINT: [u32; 2] = [64, 1 << 20];
 
 impl Session {
-    /// The picture of a scene by paths: independent pictures are added until their spread says that the mean
-    /// is as quiet as asked.
+    /// The picture of a scene by paths: independent pictures are averaged until their spread shows that the
+    /// mean's noise is at most that of the settings.
     pub(crate) fn trace(
         &self,
         scene: &Scene,
@@ -83,7 +83,7 @@ impl Session {
         let surface = |m: &crate::Material| Surface {
             shader: Arc::new(PathShader { stage: stage.clone(), brdf: m.brdf.clone() }),
             base_colour: m.base_colour.clone(),
-            // Of what varies over a surface paths know normals and base colours.
+            // Of properties that vary over a surface the path tracer supports normals and base colours.
             maps: SurfaceMaps { normal: m.maps.normal.clone(), ..SurfaceMaps::default() },
         };
         let surfaces: Vec<Surface> = scene.materials.iter().map(surface).collect();
@@ -152,7 +152,7 @@ impl Sum {
         }
     }
 
-    /// Of the mean.
+    /// Variance of the mean.
     fn variance(&self) -> [Vec<f32>; 3] {
         let by = 1.0 / (self.count * (self.count - 1.0).max(1.0));
         self.squares.each_ref().map(|s| s.iter().map(|s| (s * by) as f32).collect())
@@ -174,7 +174,8 @@ impl Sum {
     }
 }
 
-/// Radiance that leaves points on or beside a mesh: paths are added until each is as quiet as asked.
+/// Radiance that leaves points on or near a mesh: paths are added until the noise of each is at most that of
+/// the settings.
 pub(crate) fn points(r: &Request, q: &Points, paths: Paths, session: &Session) -> Result<Answers, Error> {
     if !r.params.0.is_empty() {
         return Err(Error::usage("the path tracer takes no --param: see --bounces and --noise"));

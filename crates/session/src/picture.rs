@@ -19,7 +19,7 @@ pub struct Picture {
     pub backend: &'static str,
     /// Seconds of rendering, without bakes.
     pub seconds: f64,
-    /// Of paths: the estimated variance of each pixel's radiance, per channel.
+    /// By paths: the estimated variance of each pixel's radiance, per channel.
     pub variance: Option<[Vec<f32>; 3]>,
 }
 
@@ -36,8 +36,8 @@ impl Picture {
 }
 
 impl Session {
-    /// Bakes what the scene's materials need and renders it. Where the scene asks for an accuracy, the
-    /// certificates are held against it.
+    /// Bakes the scene's materials and renders it. Where the scene has a tolerance, the certificates are
+    /// compared with it.
     pub fn render(&mut self, scene: &Scene) -> Result<Outcome<Picture>, Error> {
         self.render_on(scene, None)
     }
@@ -69,9 +69,9 @@ impl Session {
         Ok(Outcome::new(picture, scene.tolerance, error))
     }
 
-    /// `frames` pictures on a circle about the axis of the camera's up through what it looks at, the first
-    /// one from where the camera stands, all exposed as the first one is. `each` gets them with their numbers
-    /// from 0.
+    /// `frames` pictures on a circle around the camera's target, about the camera's up axis, the first one
+    /// from the camera's own position; all have the exposure of the first. `each` is called with each picture
+    /// and its number from 0.
     pub fn orbit(
         &mut self,
         scene: &Scene,
@@ -169,7 +169,7 @@ fn exact(materials: &[Prepared]) -> bool {
     materials.iter().any(|m| matches!(m.method, Method::Reference))
 }
 
-/// A camera turned by `angle` about its up through what it looks at.
+/// A camera moved by `angle` around its target, about its up axis.
 fn turned(camera: Camera, angle: f32) -> Camera {
     let around =
         |from: Vec3, at: Vec3, up: Vec3| at + Quat::from_axis_angle(up.normalize(), angle) * (from - at);
@@ -189,7 +189,7 @@ pub fn auto_exposure(film: &Film) -> f32 {
     steradian_render::tone::auto_exposure(film, |i| if covered { film.alpha[i] } else { 1.0 })
 }
 
-/// What the camera sees beside the mesh.
+/// Background of the picture, where the camera sees no surface.
 pub(crate) fn background(scene: &Scene, camera: &Camera) -> Background {
     match scene.background {
         SceneBackground::Colour(c) => Background::Colour(c),

@@ -20,25 +20,25 @@ use steradian_scene::surface::{Texture, Wrap};
 /// Extensions of polynomial texture maps.
 pub const POLYNOMIALS: [&str; 1] = ["ptm"];
 
-/// What white is in files.
+/// Value of white in files.
 const WHITE: f32 = 255.0;
 
-/// What of a polynomial texture map becomes a picture.
+/// Quantity of a polynomial texture map that becomes a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PolynomialPart {
     /// The direction of the light under which a texel is brightest.
     Normal,
-    /// What it reflects of that light, as a part of its irradiance times π.
+    /// Radiance reflected of that light, times π over its irradiance.
     Albedo,
 }
 
-/// Of what the polynomials of a map are.
+/// Quantity that a map's polynomials describe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PolynomialKind {
-    /// Of luminance, which scales one colour (`PTM_FORMAT_LRGB`).
+    /// Luminance, which scales one colour (`PTM_FORMAT_LRGB`).
     #[default]
     Lrgb,
-    /// Of red, of green and of blue (`PTM_FORMAT_RGB`): colours may change with the light.
+    /// Red, green and blue separately (`PTM_FORMAT_RGB`): colours may change with the light.
     Rgb,
 }
 
@@ -60,13 +60,13 @@ const AT_ONCE: u64 = 4;
 
 /// Relative RMS error of one colour a texel that is told.
 const TOLD: f64 = 0.02;
-/// Texels at most that this is measured at.
+/// Most texels at which this error is measured.
 const LOOKED_AT: usize = 4096;
 
-/// What photographs have become.
+/// Facts of a polynomial texture map made from photographs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolynomialFacts {
-    /// Of what the polynomials are.
+    /// Quantity that the polynomials describe.
     pub kind: PolynomialKind,
     /// Width in texels.
     pub width: usize,
@@ -116,7 +116,7 @@ impl Session {
         Ok((file, photograph))
     }
 
-    /// What is wrong with photograph `k` of a list, with the list and its line.
+    /// The fault of photograph `k` of a list, with the list's name and its line.
     fn listed(&self, list: &Path, k: usize, e: Error) -> Error {
         if e.kind() != Kind::Input {
             return e;
@@ -216,9 +216,9 @@ impl Session {
         Ok((Sums { of: sums.finish(), lost: colours.lost() }, facts))
     }
 
-    /// The coefficients as textures of red, green and blue, in units of which white is 1, and what is put
-    /// behind their name: six of a file (.ptm), as many as the basis has of the photographs that a list of
-    /// lights names (.lp).
+    /// The coefficients as textures of red, green and blue, scaled so that white is 1, with the suffixes of
+    /// their names: six for a file (.ptm), as many as the basis has for the photographs that a list of lights
+    /// names (.lp).
     pub(crate) fn polynomial_planes(
         &mut self,
         path: &Path,
@@ -265,8 +265,9 @@ impl Session {
         Ok(map)
     }
 
-    /// A map of a polynomial texture map, or of the photographs that a list of lights names, by a basis:
-    /// where each texel is brightest, as a tangent-space normal map, green up, or what it reflects there.
+    /// A map derived from a polynomial texture map, or from the photographs that a list of lights names, by a
+    /// basis: the direction of light in which each texel is brightest, as a tangent-space normal map, green
+    /// up, or the reflected radiance there.
     pub fn polynomial_map(
         &mut self,
         path: &Path,
@@ -337,7 +338,8 @@ impl Colours {
         self.seen.push((0..w * h).step_by((w * h).div_ceil(LOOKED_AT).max(1)).map(texel).collect());
     }
 
-    /// Of the luminance of each photograph times the texel's colour over all of them.
+    /// Relative RMS error of replacing each photograph by its luminance times the texel's colour over all
+    /// photographs.
     fn lost(&self) -> f64 {
         let light = |x: &[f64; 3]| x.iter().zip(LUMINANCE).map(|(x, w)| x * w).sum::<f64>();
         let (mut off, mut all) = (0.0, 0.0);
@@ -361,7 +363,7 @@ fn coloured<const N: usize>(luminance: &[[f32; N]], color: &[[u8; 3]], k: usize,
     luminance.iter().zip(color).map(|(a, x)| a[k] / WHITE * colour(x)).collect()
 }
 
-/// Textures of coefficients, called .0, .1 …
+/// Textures of coefficients, with the suffixes .0, .1 …
 fn textures(
     path: &Path,
     (width, height): (usize, usize),
@@ -376,7 +378,7 @@ fn textures(
     (0..terms).map(|k| Ok((format!(".{k}"), texture(k)?))).collect()
 }
 
-/// Where each texel is brightest, or what it reflects there.
+/// The direction of light in which each texel is brightest, or the reflected radiance there.
 fn mapped<const N: usize>(
     size: (usize, usize),
     luminance: impl Fn(usize) -> [f32; N] + Sync + Send,

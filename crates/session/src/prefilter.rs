@@ -13,9 +13,9 @@ use steradian_light::suns::{self, Taken};
 pub struct Request {
     /// Light: an image, or a sky spec.
     pub environment: String,
-    /// How it is read, turned and scaled.
+    /// How the light is read, rotated and scaled.
     pub adjust: Adjust,
-    /// What is made of it.
+    /// The maps to make of it.
     pub map: steradian_engines::Request,
     /// Are suns and lamps taken out of the light before it is filtered?
     pub extract_suns: bool,
@@ -25,18 +25,18 @@ pub struct Request {
 
 /// An output that was written.
 pub struct Prefiltered {
-    /// What was made.
+    /// The filtered maps.
     pub made: Filtered,
-    /// Its files.
+    /// The files written.
     pub written: Vec<Written>,
-    /// What was taken out of the light, where that was asked for.
+    /// Suns that were taken out of the light, where the request says so.
     pub suns: Option<Taken>,
     /// Seconds of wall time by part.
     seconds: Map<String, Value>,
 }
 
 impl Prefiltered {
-    /// What is said of it as JSON.
+    /// Report as JSON.
     pub fn document(&self) -> Value {
         let mut document = self.made.document(&self.written, &self.seconds);
         if let Some(taken) = &self.suns {
@@ -45,19 +45,19 @@ impl Prefiltered {
         document
     }
 
-    /// The same in words, line by line.
+    /// Report in words, line by line.
     pub fn lines(&self) -> Vec<String> {
         self.made.lines(&self.written)
     }
 
-    /// How far off a tolerance is, in words.
+    /// Message for a missed tolerance.
     pub fn missed(&self, m: Missed) -> String {
         let how = self.made.error_in_words();
         format!("relative RMS error {:.2e} is above {:.2e} ({how})", m.reached, m.asked)
     }
 }
 
-/// Where the time goes: parts that follow one another, and so add up to all of it.
+/// Times of consecutive parts, which add up to the total.
 struct Clock {
     started: Instant,
     last: Instant,
@@ -65,7 +65,7 @@ struct Clock {
 }
 
 impl Clock {
-    /// Started at `started`; what has passed is `part`.
+    /// A clock that was started at `started`; the time since then belongs to `part`.
     fn new(started: Instant, part: &str) -> Self {
         let mut clock = Self { started, last: started, parts: Map::new() };
         clock.lap(part);
@@ -79,7 +79,7 @@ impl Clock {
         self.last = now;
     }
 
-    /// Parts that were timed elsewhere and have passed; the last of them ends now.
+    /// Records parts that were timed elsewhere; the last one ends now.
     fn parts(&mut self, parts: &[(&str, f64)]) {
         let Some(((last, _), others)) = parts.split_last() else { return };
         let now = Instant::now();
@@ -100,7 +100,7 @@ impl Clock {
 }
 
 impl Session {
-    /// Filters a light and writes what is asked for.
+    /// Filters a light and writes the maps of the request.
     pub fn prefilter(&mut self, request: Request) -> Result<Outcome<Prefiltered>, Error> {
         let started = Instant::now();
         let Request { environment, adjust, mut map, extract_suns, dump } = request;

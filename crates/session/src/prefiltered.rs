@@ -1,4 +1,5 @@
-//! Prefiltered files of any tool: their levels over our world, and what they really hold.
+//! Prefiltered files of any tool: their levels in this library's axes, and the kernels that they were really
+//! filtered with.
 
 mod report;
 mod words;
@@ -12,10 +13,10 @@ use steradian_sphere::SphereImage;
 use steradian_verify::laws::Consumer;
 use steradian_verify::{Coefficients, Family, Fault, Input, Kernel, Report, check};
 
-/// Bytes that a text beside images may have.
+/// Largest size, bytes, of a text file next to images.
 const TEXT: u64 = 4 << 20;
 
-/// What a file holds.
+/// Contents of a file.
 struct Held {
     /// Level by level, as the profile places them.
     pub levels: Vec<SphereImage>,
@@ -27,11 +28,11 @@ struct Held {
     pub step: f64,
 }
 
-/// How the file is read.
+/// Options for reading the file.
 struct Reading {
-    /// Its convention.
+    /// Convention of the file.
     pub profile: &'static Profile,
-    /// Its arrangement; `None`: by its shape.
+    /// Arrangement of the file; `None`: by its shape.
     pub layout: Option<FileLayout>,
 }
 
@@ -42,20 +43,20 @@ impl Reading {
     }
 }
 
-/// What a file should hold.
+/// A file, and its expected contents.
 #[derive(Debug, Clone)]
 pub struct Request {
     /// Texture, image, pattern with {}, glTF file with a light, or folder of levels.
     pub file: String,
-    /// Whose file.
+    /// Engine or tool that will read the file.
     pub consumer: Consumer,
     /// The light that it was made from: image or sky spec.
     pub environment: String,
-    /// How that is read, turned and scaled.
+    /// How that light is read, rotated and scaled.
     pub adjust: Adjust,
-    /// The kernel; `None`: what file and name say, else the consumer's.
+    /// The kernel; `None`: as the file or its name records it, else the consumer's.
     pub kernel: Option<Family>,
-    /// Perceptual roughness of a file of one level; `None`: what the file says, else 0.
+    /// Perceptual roughness of a file of one level; `None`: as the file records it, else 0.
     pub perceptual_roughness: Option<f64>,
     /// Arrangement of the file; `None`: by its shape.
     pub layout: Option<FileLayout>,
@@ -63,38 +64,38 @@ pub struct Request {
     pub tolerance: Option<f64>,
 }
 
-/// What it holds.
+/// Result of a verification.
 pub struct Verified {
-    /// Its name without folders.
+    /// File name without folders.
     pub file: Option<String>,
     /// Whose file it should be.
     pub profile: &'static str,
-    /// The largest relative RMS error that was asked for.
+    /// Largest relative RMS error that the request allows.
     pub tolerance: Option<f64>,
     /// Level by level, with faults.
     pub report: Report,
-    /// Of irradiance coefficients beside the levels.
+    /// Check of the irradiance coefficients, if the file has any.
     pub irradiance: Option<Coefficients>,
 }
 
-/// Irradiance coefficients are off where they err by more than this, …
+/// Irradiance coefficients are reported where their relative RMS error exceeds this, …
 const COEFFICIENTS: f64 = 0.02;
-/// … and scaled where their factor is off by more than this.
+/// … and as scaled where their factor differs from 1 by more than this.
 const FACTOR: f64 = 0.01;
 
 /// One thing that is wrong with a file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
-    /// With its levels.
+    /// A fault of its levels.
     Levels(Fault),
     /// A factor lies on its irradiance coefficients.
     IrradianceScale(f64),
-    /// Its irradiance coefficients are off by this, relative RMS.
+    /// Relative RMS error of its irradiance coefficients.
     Irradiance(f64),
 }
 
 impl Verified {
-    /// What is wrong; empty where all is as expected.
+    /// Faults of the file; empty where all is as expected.
     pub fn findings(&self) -> Vec<Finding> {
         let mut out: Vec<Finding> = self.report.faults.iter().cloned().map(Finding::Levels).collect();
         if let Some(sh) = self.irradiance {
@@ -149,7 +150,7 @@ fn expected(r: &Request, held: &Held) -> Vec<Kernel> {
             () => None,
         });
     let last = held.levels.len() - 1;
-    // Our own files of one kernel say its roughness; the law of an engine is not asked there.
+    // This library's files of one kernel record its roughness, so the engine's law is not used.
     let recorded: Vec<f64> = get("steradian.perceptual_roughness")
         .map(|t| t.split_whitespace().filter_map(|v| v.parse().ok()).collect())
         .unwrap_or_default();
@@ -192,7 +193,7 @@ fn decode(spec: &str, reading: &Reading, session: &mut Session) -> Result<Held, 
     }
     session.note_input(path);
     let loaded = load::load(path, &options).map_err(|e| match Error::from(e) {
-        // Every image is told by its first bytes, whatever its name.
+        // The kind of an image is told by its first bytes, not by its name.
         e if e.kind() == Kind::Input && path.is_file() && Container::of_name(path).is_some() => {
             Error::input(format!(
                 "{spec}: is no texture (.ktx2, .ktx, .dds) by its first bytes, and no image that is read here"

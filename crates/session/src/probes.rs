@@ -14,7 +14,8 @@ use steradian_formats::{TensorFile, read_tensors, write_tensors};
 use steradian_light::Probes;
 
 impl Session {
-    /// Writes a light field with its provenance. What was kept to go on after an interruption goes.
+    /// Writes a light field with its provenance, and removes the data kept for resuming after an
+    /// interruption.
     pub fn write_probes(&self, done: Captured, path: &Path) -> Result<(), Error> {
         self.check()?;
         let mut file = done.field.tensors();
@@ -30,7 +31,7 @@ impl Session {
         read(&file, path)
     }
 
-    /// A light field with what its file says; `None` where the file holds something else.
+    /// A light field with the file that holds it; `None` where the file holds something else.
     pub(crate) fn probes_in(&mut self, path: &Path) -> Result<Option<(Probes, TensorFile)>, Error> {
         let file = read_tensors(path, &self.limits())?;
         if !Probes::is_one(&file) {

@@ -1,4 +1,4 @@
-//! What bumps hide of the light: horizons and their ellipses as textures.
+//! Shadowing of light by bumps: horizons and their ellipses as textures.
 
 use crate::inputs::all_finite;
 use crate::{Error, Session};
@@ -14,7 +14,7 @@ pub const HORIZONS: [&str; 1] = ["ktx2"];
 /// Azimuths of a horizon at most.
 pub const MAX_AZIMUTHS: usize = 256;
 
-/// How horizons are kept.
+/// Form in which horizons are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HorizonForm {
     /// Elevations at this many azimuths, linear between them.
@@ -23,7 +23,7 @@ pub enum HorizonForm {
     Ellipses,
 }
 
-/// What a height map has become.
+/// Facts of a height map's horizons.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HorizonFacts {
     /// Texels a row.
@@ -34,14 +34,14 @@ pub struct HorizonFacts {
     pub layers: usize,
     /// Mean part of the hemisphere's projected solid angle that is open: ambient occlusion by the bumps.
     pub open: f64,
-    /// What the texels could not hold.
+    /// Values that the texels could not hold.
     pub written: WriteReport,
 }
 
 impl Session {
-    /// Writes what each texel of the height map `file` sees of the light to the array texture `path`. The map
-    /// repeats; white is `relief` of its width above black. Its heights are its alpha where it has one, else
-    /// its luminance.
+    /// Writes the horizons of each texel of the height map `file` to the array texture `path`. The map
+    /// repeats; white is `relief` of its width above black. Heights are the image's alpha where it has one,
+    /// else its luminance.
     ///
     /// Azimuths: elevations of the horizon in radians at azimuths 2π k/n from the right of the picture to its
     /// top, four a layer. Ellipses: a, b, c, d in the first layer and e in the second, of a x² + b xy + c
@@ -121,7 +121,7 @@ impl Session {
     }
 }
 
-/// Mean over all texels of what is open of the disk below the hemisphere: ∫ cos² e dφ/2π.
+/// Mean over all texels of the visible part of the disk below the hemisphere: ∫ cos² e dφ/2π.
 fn open(field: &HeightField, go_on: &(dyn Fn() -> bool + Sync)) -> Option<f64> {
     const AZIMUTHS: usize = 16;
     let h = Horizons::new(field, AZIMUTHS, go_on)?;

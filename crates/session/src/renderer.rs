@@ -1,4 +1,4 @@
-//! Where pictures are computed: on the CPU, or with the feature `gpu` on a GPU.
+//! Device on which pictures are computed: the CPU, or with the feature `gpu` a GPU.
 
 use crate::{Error, Prepared, Session};
 use steradian_render::{Film, Settings, Stage};
@@ -16,7 +16,7 @@ pub enum Renderer {
 }
 
 impl Renderer {
-    /// What the session's back end asks for. Without the feature there is only the CPU.
+    /// Opens the session's back end. Without the feature `gpu` there is only the CPU.
     pub fn open(session: &Session) -> Result<Self, Error> {
         #[cfg(feature = "gpu")]
         return gpu::open(session);
@@ -27,7 +27,7 @@ impl Renderer {
         }
     }
 
-    /// Its name in reports.
+    /// Name of the back end in reports.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Cpu => "cpu",
@@ -36,8 +36,8 @@ impl Renderer {
         }
     }
 
-    /// The picture of `stage`, whose surfaces are those of `materials`, and where it was made: an automatic
-    /// back end leaves to the CPU what the GPU cannot do.
+    /// The picture of `stage`, whose surfaces are those of `materials`, and the back end that rendered it: an
+    /// automatic back end falls back to the CPU for pictures that the GPU cannot render.
     pub fn film(
         &self,
         stage: &Stage<'_>,

@@ -29,7 +29,7 @@ pub(crate) fn elevations_json(c: &Certificate) -> Value {
     c.elevations.iter().map(one).collect()
 }
 
-/// What single points err by; null where that was not measured.
+/// Distribution of the error over single points; null where it was not measured.
 pub(crate) fn points_json(c: &Certificate) -> Value {
     c.spread.map_or(Value::Null, |s| {
         json!({

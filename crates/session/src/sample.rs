@@ -10,18 +10,18 @@ use steradian_render::{
 };
 use steradian_scene::{Bvh, Camera};
 
-/// Processor seconds for the reference to look at the points of a picture, beside those for its hierarchy of
-/// the light.
+/// Processor seconds allowed to the reference for the points of a sample, in addition to those for its
+/// hierarchy of the light.
 const LOOK: f64 = 1.0;
-/// Pixels a side of samples of a picture, of which the object covers a part: the first is taken, and the
-/// second where the first tells that there is time for it.
+/// Pixels a side of a picture's samples, of which the object covers a part: the first is rendered, and then
+/// the second if the time that the first took allows it.
 const SIDES: [usize; 2] = [8, 24];
 /// Relative error of the reference at these points: far below the errors that are compared.
 const TOLERANCE: f64 = 1e-2;
-/// Evaluations of the reflectance at one of them.
+/// Evaluations of the reflectance at most at one of these points.
 const EVALUATIONS: u64 = 100_000;
 
-/// Why the error in a picture is not measured.
+/// Reasons why the error in a picture is not measured, for messages.
 const SHADOWED: &str = "its sample knows no shadows";
 const TEXTURED: &str = "its sample knows no data per texel that local light alone is shaded with";
 const TOO_LONG: &str = "the reference takes too long at its points";
@@ -81,9 +81,8 @@ impl<'a> Sample<'a> {
         Ok(sample)
     }
 
-    /// Radiance of a surface at the points, without its maps, which the reference does not know; what its
-    /// technique reads per texel counts as it stands there, since a sample's pixels are wider than the
-    /// picture's.
+    /// Radiance of a surface at the points, without its maps, which the reference does not support. Textures
+    /// that its technique reads are sampled at points, since a sample's pixels are wider than the picture's.
     fn film(&self, surface: &Surface, points: usize, task: &Task) -> Result<Film, Error> {
         let plain = Surface { base_colour: None, maps: SurfaceMaps::default(), ..surface.clone() };
         let s = &self.scene.settings;
@@ -102,7 +101,7 @@ impl<'a> Sample<'a> {
         Ok(render(&stage, &settings, task)?)
     }
 
-    /// Notes the relative RMS error of `prepared` at the points, or why it is not known.
+    /// Records the relative RMS error of `prepared` at the points, or why it was not measured.
     pub fn judge(&self, prepared: &mut Prepared, task: &Task) -> Result<(), Error> {
         prepared.sample_seconds = self.seconds;
         (prepared.picture_error, prepared.picture_unmeasured) = match self.error(prepared, task)? {
@@ -130,8 +129,8 @@ impl<'a> Sample<'a> {
         if far || m.local.as_ref().is_some_and(Local::knows_mesh) {
             return Ok(Err(Some(SHADOWED)));
         }
-        // What shadows lights beside the data is no part of the technique's error, and the reference does
-        // without it.
+        // Shadows of lights shaded in addition to the data are not part of the technique's error, and the
+        // reference has none.
         let mut surface = prepared.surface.clone();
         if let Some(open) = surface.shader.unshadowed() {
             surface.shader = open;

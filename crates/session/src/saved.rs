@@ -1,4 +1,4 @@
-//! Saved bakes in use: their lights, and what they are shaded with.
+//! Shading with saved bakes: their lights and reflectances.
 
 use crate::{Adjust, Error, Notice, Session, is_sky};
 use std::path::Path;
@@ -8,7 +8,7 @@ use steradian_techniques::{AnyBake, SavedBake};
 use steradian_transfer::mesh_digest;
 
 impl Session {
-    /// Reads a saved bake, a `.safetensors` file or a folder that holds one. Its light turns by what `adjust`
+    /// Reads a saved bake, a `.safetensors` file or a folder that holds one. Its light is rotated as `adjust`
     /// says.
     pub fn saved_bake(&mut self, path: &Path, adjust: &Adjust) -> Result<SavedBake, Error> {
         if adjust.light_exposure != 0.0 {
@@ -22,8 +22,8 @@ impl Session {
         Ok(file)
     }
 
-    /// The light of a saved bake, to be seen or compared with: `environment`, else the sky that the file
-    /// names. A light that is not the one that was baked is told.
+    /// The light of a saved bake, for viewing or comparison: `environment`, else the sky that the file names.
+    /// Warns where it is not the light that was baked.
     pub fn light_of_bake(
         &mut self,
         file: &SavedBake,
@@ -36,14 +36,14 @@ impl Session {
         self.light(spec, &light_as_baked(file, given)).map(Some)
     }
 
-    /// Tells where `spec` is not the light that was baked.
+    /// Warns where `spec` is not the light that was baked.
     pub fn tell_other_light(&self, file: &SavedBake, spec: &str) {
         if !file.was_made_of(spec) {
             self.tell_not_baked(file, spec, "from another light", &file.made.environment);
         }
     }
 
-    /// Tells where `spec`, a reflectance's canonical one, is not what was baked.
+    /// Reports where `spec`, a reflectance's canonical spec, is not the one that was baked.
     pub fn tell_other_brdf(&self, file: &SavedBake, spec: &str) {
         if file.is_of_another_brdf(spec) {
             self.tell_not_baked(file, spec, "of another reflectance", &file.made.brdf);
@@ -86,7 +86,7 @@ pub(crate) fn for_any_mesh(file: &SavedBake) -> Result<(), Error> {
     Ok(())
 }
 
-/// How a light is turned and scaled to be that of a saved bake, turned as `given` says.
+/// Rotation and scale that turn a light into that of a saved bake, rotated as `given` says.
 pub fn light_as_baked(file: &SavedBake, given: &Adjust) -> Adjust {
     let (rotate, light_exposure) = (file.made.rotate + given.rotate, file.made.exposure);
     Adjust { rotate, light_exposure, ..given.clone() }

@@ -1,4 +1,4 @@
-//! The session: limits, progress, provenance, and who is told what happens.
+//! The session: limits, progress, provenance, and a listener for messages.
 
 use crate::{Error, Notice, Paths};
 use std::path::Path;
@@ -24,10 +24,10 @@ pub enum Backend {
     Gpu,
 }
 
-/// How a GPU shades pictures.
+/// Method of shading on a GPU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GpuPath {
-    /// What is faster on the adapter: compute on software adapters and data-centre accelerators, else raster.
+    /// The faster one on the adapter: compute on software adapters and data-centre accelerators, else raster.
     #[default]
     Auto,
     /// In the fragment shader, multisampled.
@@ -36,10 +36,10 @@ pub enum GpuPath {
     Compute,
 }
 
-/// What shadows the lights that are shaded beside a technique's data.
+/// Shadowing of the lights that are shaded in addition to a technique's data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shadows {
-    /// Rays under techniques that know shadows, nothing under the others.
+    /// Rays under techniques with self-shadowing, none under all other ones.
     #[default]
     Auto,
     /// Nothing.
@@ -51,13 +51,13 @@ pub enum Shadows {
     /// Shadow volumes ([`steradian_scene::shadow::ShadowVolumes`]).
     Volume,
     /// Rays through the mesh, and for the environment rays over the reflectance's lobe
-    /// ([`steradian_render::LobeShadowShader`]): under techniques that know no shadows, whose data may hold
-    /// suns, and under the reference.
+    /// ([`steradian_render::LobeShadowShader`]): with techniques without shadows, whose data may hold suns,
+    /// and with the reference.
     Lobe,
 }
 
 impl Shadows {
-    /// Are rays traced beside `technique` with these parameters?
+    /// Are shadow rays traced with `technique` under these parameters?
     pub fn under(self, technique: &dyn AnyTechnique, params: &ParamValues) -> bool {
         match self {
             Self::Auto => technique.self_shadowing(params),
@@ -66,8 +66,7 @@ impl Shadows {
         }
     }
 
-    /// What stands between the points of `mesh` and lights. Fails where maps need more than `max_memory`
-    /// bytes.
+    /// Occluders between the points of `mesh` and lights. Fails where maps need more than `max_memory` bytes.
     pub(crate) fn blocker(
         self,
         mesh: &Mesh,
@@ -106,29 +105,28 @@ impl Shadows {
     }
 }
 
-/// Who is told what happens.
+/// Receives messages.
 type Listener = Arc<dyn Fn(&Notice) + Send + Sync>;
 
-/// What every request shares: progress, cancellation and limits ([`Task`]), how lights are read, where
-/// pictures are computed, and the provenance of what is written.
+/// State common to all requests: progress, cancellation and limits ([`Task`]), how lights are read, where
+/// pictures are computed, and the provenance of files that are written.
 pub struct Session {
     /// Progress, cancellation and the limit of memory.
     pub task: Task,
-    /// What becomes of finite negative radiance in inputs.
+    /// Treatment of finite negative radiance in inputs.
     pub negative: Negative,
-    /// What becomes of disks and directional lights under a technique: folded into its data, unless this says
-    /// otherwise.
+    /// Treatment of disks and directional lights under a technique; by default they are folded into its data.
     pub suns: Suns,
     /// Where pictures are computed.
     pub backend: Backend,
-    /// How a GPU shades them.
+    /// Method of shading on a GPU.
     pub gpu_path: GpuPath,
-    /// What is asked of the path tracer.
+    /// Settings of the path tracer.
     pub paths: Paths,
-    /// What shadows lights beside a technique's data.
+    /// Shadowing of the lights that are shaded in addition to a technique's data.
     pub shadows: Shadows,
-    /// Under [`Shadows::Lobe`]: what all pictures from now on have in common, of one scene in one light. Then
-    /// techniques have the reference's visibility.
+    /// Under [`Shadows::Lobe`]: shadow data shared by all pictures from now on, which show one scene in one
+    /// light. Techniques then have the reference's visibility.
     pub(crate) common_shadows: Option<Arc<crate::material::CommonShadows>>,
     provenance: Provenance,
     notes: Vec<(String, String)>,
@@ -142,7 +140,7 @@ impl Default for Session {
 }
 
 impl Session {
-    /// A session without progress that nobody listens to.
+    /// A session without progress reports and without a listener.
     pub fn new() -> Self {
         Self {
             task: Task::quiet(),
@@ -159,19 +157,20 @@ impl Session {
         }
     }
 
-    /// The same session with another task.
+    /// This session with another task.
     pub fn with_task(mut self, task: Task) -> Self {
         self.task = task;
         self
     }
 
-    /// The same session whose files say that it was called with `arguments`; paths lose their folders.
+    /// This session with `arguments` as the command line in the provenance of its files; paths lose their
+    /// folders.
     pub fn with_arguments(mut self, arguments: impl IntoIterator<Item = String>) -> Self {
         self.provenance = Provenance::new(arguments);
         self
     }
 
-    /// The same session that tells `listener` what happens.
+    /// This session with `listener` called for every message.
     pub fn with_listener(mut self, listener: impl Fn(&Notice) + Send + Sync + 'static) -> Self {
         self.listener = Some(Arc::new(listener));
         self
@@ -199,7 +198,7 @@ impl Session {
         self.tell(Notice::Remark(line.to_string()));
     }
 
-    /// Notes an input file for the provenance; what is no file is ignored.
+    /// Records an input file for the provenance; a name without a file is ignored.
     pub fn note_input(&mut self, path: &Path) {
         if let Ok(input) = Input::of_file(path)
             && !self.provenance.inputs.contains(&input)
@@ -213,14 +212,14 @@ impl Session {
         self.provenance.error = Some(error.into());
     }
 
-    /// Forgets inputs, error and notes: what is written from now on has inputs of its own.
+    /// Clears inputs, error and notes, so that files written from now on have their own provenance.
     pub fn begin_output(&mut self) {
         self.provenance.inputs.clear();
         self.provenance.error = None;
         self.notes.clear();
     }
 
-    /// Notes what files written from now on say of their content.
+    /// Records metadata of files written from now on.
     pub fn note(&mut self, pair: (String, String)) {
         self.notes.push(pair);
     }
@@ -230,19 +229,19 @@ impl Session {
         &self.provenance
     }
 
-    /// The same, and what was noted of their content, as pairs for files.
+    /// Provenance and recorded metadata, as pairs for files.
     pub fn provenance_pairs(&self) -> Vec<(String, String)> {
         let mut pairs = self.provenance.pairs();
         pairs.extend(self.notes.iter().cloned());
         pairs
     }
 
-    /// The same line by line, for the comment above a text.
+    /// Provenance and recorded metadata, line by line, for the comment above a text.
     pub fn provenance_lines(&self) -> Vec<String> {
         self.provenance_pairs().into_iter().map(|(k, v)| format!("{k}: {v}")).collect()
     }
 
-    /// Fails once the caller has asked to stop.
+    /// Fails once the task was cancelled.
     pub fn check(&self) -> Result<(), Error> {
         Ok(self.task.check()?)
     }

@@ -1,4 +1,4 @@
-//! Tables of the split sum's second factor, with what they err by.
+//! Tables of the split sum's second factor, with their errors.
 
 use crate::{Error, IMAGES, Session, check_format, check_output};
 use std::path::Path;
@@ -9,7 +9,7 @@ use steradian_formats::{Container, Raster, TexelFormat, TextureLevels, WriteOpti
 /// Extensions of source text.
 const TEXTS: [&str; 3] = ["wgsl", "glsl", "rs"];
 
-/// Bound of the quadrature's absolute error, which the tables' tests hold it to.
+/// Bound of the quadrature's absolute error, which the tables' tests check.
 const QUADRATURE: f64 = 1e-4;
 /// Points per axis at which lookups are compared with exact values.
 const POINTS: usize = 24;
@@ -20,11 +20,11 @@ pub struct LookupTable {
     pub lut: Lut,
     /// Bound of the absolute error of its texels.
     pub quadrature: f64,
-    /// What bilinear lookups err by, at the worst point.
+    /// Error of bilinear lookups at the worst point.
     pub worst: f64,
-    /// The same over all points, root mean square.
+    /// Root mean square error of bilinear lookups over all points.
     pub rms: f64,
-    /// At so many points.
+    /// Number of those points.
     pub points: usize,
 }
 
@@ -44,7 +44,7 @@ pub fn check_table(path: &Path, format: Option<TexelFormat>) -> Result<usize, Er
     Ok(if language(path).is_some() { 32 } else { 128 })
 }
 
-/// What the file says of its texels.
+/// Metadata about the texels.
 fn metadata(lut: &Lut) -> Vec<(String, String)> {
     let mut pairs = vec![
         ("steradian.table".to_string(), lut.layout.name().to_string()),

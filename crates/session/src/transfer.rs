@@ -1,4 +1,4 @@
-//! Transfer: a mesh, and what each of its sites sees and is lit by.
+//! Transfer: a mesh, and the visibility and light transport of each of its sites.
 
 use crate::columns::unit;
 use crate::inputs::is_shape;
@@ -28,27 +28,27 @@ pub enum Places {
     Points(Vec<Site>),
 }
 
-/// What is computed.
+/// Request for a computation of transfer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
     /// A built-in shape or a mesh file.
     pub mesh: String,
     /// Where.
     pub places: Places,
-    /// What, and how well; its albedo is replaced by that of the slots.
+    /// Quantities and accuracy; its albedo is replaced by that of the slots.
     pub settings: Settings,
     /// Albedo of the surfaces that reflect, which the mean of a base-colour texture multiplies; `None` takes
     /// the base colours of the mesh's file.
     pub albedo: Option<[f64; 3]>,
-    /// Visibility by least squares over the hemisphere too?
+    /// Is visibility also projected by least squares over the hemisphere?
     pub hemisphere: bool,
-    /// Did someone ask for the tolerance? Then a miss is one.
+    /// Was a tolerance given? Only then does exceeding it count as a miss.
     pub asked: bool,
-    /// Where the result goes: finished blocks are kept beside it until it is there.
+    /// Output file; finished blocks are kept next to it until it is written.
     pub output: Option<PathBuf>,
 }
 
-/// Transfer, and what it was made of.
+/// Transfer, and the inputs that it was made from.
 pub struct Done {
     /// The data.
     pub saved: Saved,
@@ -74,8 +74,8 @@ impl Places {
 }
 
 impl Done {
-    /// Adds ao, t0 …, v0 … and perhaps h0 … to the table of the points; of reflections in colour t is tr0 …,
-    /// tg0 …, tb0 ….
+    /// Adds ao, t0 …, v0 … and, where present, h0 … to the table of the points; for interreflection in colour
+    /// t is tr0 …, tg0 …, tb0 ….
     pub fn add_columns(&self, table: &mut CsvTable) {
         let x = &self.saved.transfer;
         let (sites, n) = (0..x.len(), x.bands.pow(2));
@@ -94,7 +94,7 @@ impl Done {
         }
     }
 
-    /// What is said of it as JSON.
+    /// Report as JSON.
     pub fn document(&self) -> Value {
         let x = &self.saved.transfer;
         let [t, v] = x.worst_error();
@@ -165,9 +165,9 @@ impl Session {
         }
     }
 
-    /// Writes transfer: a file .glb as attributes of the mesh's vertices in numbers of that many bits (8, 16,
-    /// 32), others as tensors with their provenance, halves for 16 bits. What was kept to go on after an
-    /// interruption goes.
+    /// Writes transfer: to a .glb file as attributes of the mesh's vertices in numbers of `bits` (8, 16, 32),
+    /// to any other as tensors with their provenance, of 16-bit floats for 16. Removes the data kept for
+    /// resuming after an interruption.
     pub fn write_transfer(&mut self, done: Done, bits: u32, path: &Path) -> Result<(), Error> {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
             let numbers = VertexNumbers::of_bits(bits)
@@ -189,7 +189,7 @@ impl Session {
         }
         let (sites, n) = (done.sites.len(), done.saved.transfer.bands.pow(2));
         if done.saved.transfer.wide > done.saved.transfer.bands {
-            // They would take more memory than all else.
+            // The matrices would take more memory than everything else, and are therefore written in parts.
             self.task.begin("matrices", sites as u64);
             let mut parts = done.saved.matrices(&done.sites).map(|m| {
                 self.task.check().map_err(std::io::Error::other)?;
@@ -199,7 +199,7 @@ impl Session {
             let made = TensorParts { name: "m", shape: &[sites, n, n], half, parts: &mut parts };
             let written = write_tensors_with(path, &file, made);
             self.task.end();
-            // An interruption is no fault of the file.
+            // An interruption is not reported as an error of the file.
             self.check()?;
             written?;
         } else {
@@ -208,7 +208,7 @@ impl Session {
         self.finish_transfer(done)
     }
 
-    /// The result is kept: what was kept to go on after an interruption goes.
+    /// Removes the data kept for resuming after an interruption, once the result is saved.
     pub fn finish_transfer(&self, done: Done) -> Result<(), Error> {
         done.store.map_or(Ok(()), |s| Ok(s.finish()?))
     }

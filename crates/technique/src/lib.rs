@@ -1,4 +1,4 @@
-//! What a technique is, and what several of them share.
+//! The trait of techniques, and the parts that several of them share.
 //!
 //! A [`Technique`] bakes light, reflectance and geometry each on its own, links them, and shades batches of
 //! points; [`local::LocalTechnique`] shades directional and point lights one by one. [`Erased`] and

@@ -4,7 +4,7 @@ use steradian_base::{Certificate, Elevation, Evidence, ParamInfo, ParamValues, S
 pub use steradian_formats::TensorFile;
 use steradian_formats::{Tensor, TensorData};
 
-/// What is wrong with a saved bake.
+/// Why a saved bake cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PartError {
     /// A tensor or a metadata entry is missing.
@@ -19,11 +19,11 @@ pub enum PartError {
 }
 
 const SLUG: &str = "steradian.technique";
-/// The form of everything here; another one is refused.
+/// Metadata key and version of the file form; a file of another version is refused.
 const FORM: (&str, &str) = ("steradian.bake", "2");
 const CERTIFICATE: &str = "steradian.certificate.";
 const PARAM: &str = "steradian.param.";
-/// What single points err by; before them [`CERTIFICATE`].
+/// Keys of the distribution of the error over single points ([`Spread`]); each follows [`CERTIFICATE`].
 const SPREAD: [&str; 4] = ["points.median", "points.ninetieth", "points.stops", "points.top_hundredth"];
 
 /// Writes technique, parameters and certificate.
@@ -31,7 +31,7 @@ pub fn put_head(t: &mut TensorFile, slug: &str, params: &ParamValues, c: &Certif
     t.metadata.insert(SLUG.into(), slug.into());
     t.metadata.insert(FORM.0.into(), FORM.1.into());
     for (name, value) in &params.0 {
-        // Of a file that was read its name.
+        // A file parameter is saved as the file's name, without its folder.
         let text = match value {
             Value::File(path) => path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             other => other.to_string(),
@@ -92,7 +92,7 @@ pub fn params(t: &TensorFile, infos: &[ParamInfo]) -> Result<ParamValues, PartEr
     infos.iter().map(value).collect()
 }
 
-/// The rest of the keys that start with `prefix`, with their values, in order.
+/// The entries whose key starts with `prefix`, in order; keys are returned without the prefix.
 fn below<'a>(t: &'a TensorFile, prefix: &'a str) -> impl Iterator<Item = (&'a str, &'a String)> {
     let all = t.metadata.range(prefix.to_string()..).take_while(move |(k, _)| k.starts_with(prefix));
     all.map(move |(k, v)| (&k[prefix.len()..], v))
@@ -171,7 +171,7 @@ pub fn get_f32(t: &TensorFile, name: &str, rank: usize) -> Result<(Vec<usize>, V
     }
 }
 
-/// As [`get_f32`], of f64.
+/// As [`get_f32`], for a tensor of f64.
 pub fn get_f64(t: &TensorFile, name: &str, rank: usize) -> Result<(Vec<usize>, Vec<f64>), PartError> {
     let x = t.tensors.get(name).ok_or_else(|| PartError::Missing(name.into()))?;
     match &x.data {

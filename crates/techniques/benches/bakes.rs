@@ -1,5 +1,5 @@
-//! How long default bakes take, stage by stage, and as a multiple of the baseline: the transform of the light
-//! alone (spherical harmonics to band 255 of a lat-long image of 512 rows), which every bake needs.
+//! Measures default bakes, stage by stage, in seconds and as a multiple of a baseline: the transform of the
+//! light alone (spherical harmonics to band 255 of a lat-long image of 512 rows), which every bake needs.
 //! `cargo bench -p steradian-techniques --bench bakes`
 //!
 //! The light is a sky with a small sun, 1024 × 512. Times are by the clock, on all cores, the least of three
@@ -65,7 +65,7 @@ impl Stages {
     }
 }
 
-/// The quickest of three runs: seconds, and what it returned.
+/// The fastest of three runs: its seconds, and what `run` returned.
 fn quickest<R>(run: impl Fn() -> R) -> (f64, R) {
     let one = |_| {
         let start = Instant::now();

@@ -1,12 +1,12 @@
-//! How fast `gaussian_lobes` shades (Green, Kautz & Durand 2007): millions of points a second on one core,
-//! without visibility and with 1 to 4 bands of it. Three lobes at 15 elevations; 102,400 points of a torus of
-//! 102,152 triangles, each seen from an elevation of its own; where visibility counts, every point takes its
-//! three corners' numbers.
+//! Measures shading with `gaussian_lobes` (Green, Kautz & Durand 2007): millions of points a second on one
+//! core, without visibility and with 1 to 4 bands of it. Three lobes at 15 elevations; 102,400 points of a
+//! torus of 102,152 triangles, each seen from an elevation of its own; where visibility counts, every point
+//! takes its three corners' numbers.
 //!
 //!     cargo bench -p steradian-techniques --bench gaussian_lobes [-- WORDS]
 //!
-//! Beside it `lambert`: one lookup in one filtered map, which every point costs at least. Seconds are those
-//! of the processor: other work on the machine does not count.
+//! The baseline is `lambert`: one lookup in one filtered map, the least that any point costs. Seconds are
+//! those of the processor: other work on the machine does not count.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -38,7 +38,7 @@ fn cpu() -> f64 {
     stat.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) * 1e-9
 }
 
-/// Are rows of this name wanted?
+/// Does the command line select rows of this name?
 fn wanted(what: &str) -> bool {
     std::env::args().skip(1).filter(|a| !a.starts_with("--")).all(|w| what.contains(w.as_str()))
 }

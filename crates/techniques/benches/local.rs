@@ -1,9 +1,9 @@
-//! How fast techniques for local light shade: millions of points a second on one core, one point light.
+//! Measures techniques for local light: millions of points shaded a second on one core, one point light.
 //! `cargo bench -p steradian-techniques --bench local [-- SLUG]`
 //!
-//! The baseline is exact shading of the same light (`vertex_analytic` with rate=pixel). What varies by texel
-//! has textures of 48 × 48 texels for all that it takes. Least of nine runs of 65536 points by the clock,
-//! batches of 1024.
+//! The baseline is exact shading of the same light (`vertex_analytic` with rate=pixel). Techniques with data
+//! per texel have textures of 48 × 48 texels for every parameter that may vary. Least of nine runs of 65536
+//! points by the clock, in batches of 1024.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

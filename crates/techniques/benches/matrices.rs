@@ -19,8 +19,8 @@ use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{AnyBake, Geometry, Material, PointsBuf, Radiance, Sites, View, find};
 use steradian_testkit::data;
 
-/// Technique, parameters, reflectance, and what is printed of them. The first of a reflectance is the
-/// baseline of the others.
+/// Technique, parameters, reflectance, and the printed label. The first case of a reflectance is the baseline
+/// of those that follow.
 type Case = (&'static str, &'static [(&'static str, f64)], &'static str, &'static str);
 
 const PHONG: &str = "phong:n=10";
@@ -94,7 +94,7 @@ fn quickest(mut run: impl FnMut()) -> f64 {
     (0..7).map(mean).fold(f64::INFINITY, f64::min)
 }
 
-/// Are rows of this name wanted?
+/// Does the command line select rows of this name?
 fn wanted(what: &str) -> bool {
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     words.iter().all(|w| what.contains(w.as_str()))

@@ -1,7 +1,7 @@
-//! Shading with any reflectance by spherical harmonics, beside the rows of Kautz, Sloan & Snyder 2002, table
-//! 1 (Tyra, 100,000 vertices, 2.2 GHz Pentium 4 and Radeon 8500): a million vertices a second on one core,
-//! and the times of tables. `cargo bench -p steradian-techniques --bench sh_brdf [-- WORDS]`: rows whose
-//! names hold the words, or all.
+//! Measures shading with any reflectance by spherical harmonics, for comparison with the rows of Kautz, Sloan
+//! & Snyder 2002, table 1 (Tyra, 100,000 vertices, 2.2 GHz Pentium 4 and Radeon 8500): a million vertices a
+//! second on one core, and the times of tables. `cargo bench -p steradian-techniques --bench sh_brdf [--
+//! WORDS]`: rows whose names hold the words, or all.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -63,7 +63,7 @@ fn row(what: &str, paper: Option<f64>, seconds: impl FnOnce() -> f64) {
     println!("{what:<58} {rate:>9.1} {beside}");
 }
 
-/// Are rows of this name wanted?
+/// Does the command line select rows of this name?
 fn wanted(what: &str) -> bool {
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     words.iter().all(|w| what.contains(w.as_str()))

@@ -2,8 +2,7 @@
 
 use crate::{Card, locals, registry};
 
-/// What every technique says of itself: of those for environments, then of the local ones, in the order of
-/// menus.
+/// The Cards of all techniques: those for environments, then the local ones, in the order of menus.
 pub fn cards() -> impl Iterator<Item = &'static Card> {
     registry().iter().map(|t| t.card()).chain(locals().iter().map(|t| t.card()))
 }
@@ -53,7 +52,8 @@ fn work(part: &str) -> Option<Work> {
     named.then_some(Work { authors, year, title, techniques: Vec::new() })
 }
 
-/// Letters and digits of ASCII; others by their nearest, as far as these names need.
+/// Reduces a text to ASCII letters and digits; other letters become their base letter, as far as authors'
+/// names here need it.
 fn plain(text: &str) -> String {
     let near = |c: char| match c {
         'á' | 'à' | 'ä' => 'a',

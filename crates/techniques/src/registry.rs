@@ -44,7 +44,7 @@ pub fn registry() -> &'static [&'static dyn AnyTechnique] {
     TECHNIQUES
 }
 
-/// The technique called `slug`; `-` and `_` are the same.
+/// The technique called `slug`, in which `-` and `_` are equivalent.
 pub fn find(slug: &str) -> Option<&'static dyn AnyTechnique> {
     let slug = slug.replace('-', "_");
     registry().iter().copied().find(|t| t.card().slug == slug)
@@ -70,7 +70,7 @@ pub fn locals() -> &'static [&'static dyn AnyLocal] {
     LOCALS
 }
 
-/// The technique for local light called `slug`; `-` and `_` are the same.
+/// The technique for local light called `slug`, in which `-` and `_` are equivalent.
 pub fn find_local(slug: &str) -> Option<&'static dyn AnyLocal> {
     let slug = slug.replace('-', "_");
     locals().iter().copied().find(|t| t.card().slug == slug)

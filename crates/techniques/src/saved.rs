@@ -1,4 +1,5 @@
-//! Saved bakes: tensors that say what they were made of, and a digest by which damage is found.
+//! Saved bakes: tensors, a record of the inputs that they were made from, and a digest by which damage is
+//! found.
 
 use crate::{AnyBake, AnyLocal, AnyTechnique, BakeError, LocalBake};
 use glam::Mat3;
@@ -12,21 +13,21 @@ use steradian_light::sky;
 use steradian_scene::Mesh;
 use steradian_transfer::mesh_digest;
 
-/// Why a file is no bake that can be used.
+/// The reason why a file is not a bake that can be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SavedError {
     /// The file itself.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// It is something else, of a technique that is not known, or damaged.
+    /// It is no saved bake, is of an unknown technique, or is damaged.
     #[error("{}: {why}", path.display())]
     Invalid {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and what to do.
+        /// The fault, and what to do.
         why: String,
     },
-    /// Its technique refuses it.
+    /// Its technique cannot load it.
     #[error("{}: {source}", path.display())]
     Bake {
         /// The file.
@@ -52,19 +53,19 @@ const VERTICES: &str = "steradian.mesh.vertices";
 /// The mesh whose vertices a bake has data for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BakedMesh {
-    /// Its digest ([`steradian_transfer::mesh_digest`]).
+    /// Digest of the mesh ([`steradian_transfer::mesh_digest`]).
     pub digest: String,
-    /// How many vertices it has.
+    /// Number of vertices of the mesh.
     pub vertices: usize,
 }
 
 impl BakedMesh {
-    /// That of a mesh.
+    /// The record of a mesh.
     pub fn of(mesh: &Mesh) -> Self {
         Self { digest: mesh_digest(mesh), vertices: mesh.positions.len() }
     }
 
-    /// Is it the mesh that `mesh` begins with? Others, such as a ground, may stand behind it.
+    /// Is it the mesh that `mesh` begins with? Other meshes, such as a ground, may follow it.
     pub fn begins(&self, mesh: &Mesh) -> bool {
         let n = self.vertices;
         if mesh.positions.len() < n || mesh.normals.len() < n {
@@ -81,7 +82,7 @@ impl BakedMesh {
     }
 }
 
-/// What a bake was made of, as its file says; files appear without their folders.
+/// The inputs of a bake, as its file records them; file names are without folders.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Made {
     /// Spec of the reflectance.
@@ -92,14 +93,14 @@ pub struct Made {
     pub rotate: f64,
     /// Exposure value by which it was scaled.
     pub exposure: f64,
-    /// What the files hold that the reflectance's spec names ([`steradian_brdf::Brdf::held`]).
+    /// Contents of the files that the reflectance's spec names ([`steradian_brdf::Brdf::held`]).
     pub held: Option<Vec<f64>>,
     /// The mesh, of a technique that bakes on one.
     pub mesh: Option<BakedMesh>,
 }
 
 impl Made {
-    /// Of these inputs.
+    /// A record of these inputs.
     pub fn of(brdf: &str, held: Option<Vec<f64>>, environment: &str, rotate: f64, exposure: f64) -> Self {
         Self {
             brdf: spec_without_folders(brdf),
@@ -154,7 +155,7 @@ pub struct SavedBake {
     pub path: PathBuf,
     /// Its technique.
     pub technique: &'static dyn AnyTechnique,
-    /// What it was made of.
+    /// The inputs that it was made from.
     pub made: Made,
     /// Rotation of its light where it is used; the identity when it is read.
     pub turn: Mat3,
@@ -203,7 +204,7 @@ impl SavedBake {
     pub fn open(&self) -> Result<Box<dyn AnyBake>, SavedError> {
         let path = self.path.clone();
         self.technique.load(&self.tensors).map_err(|e| match e {
-            // What is out of range was said by the file, not by a user.
+            // Parameters out of range came from the file, not from a user.
             BakeError::Param(_) => SavedError::Invalid { path, why: format!("damaged: {e}") },
             source => SavedError::Bake { path, source },
         })
@@ -216,17 +217,17 @@ impl SavedBake {
         parse_with(&self.made.brdf, files).ok()
     }
 
-    /// Its name without folders.
+    /// File name without folders.
     pub fn name(&self) -> String {
         self.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
     }
 
-    /// Is `spec`, a reflectance's canonical one, another than was baked?
+    /// Does `spec`, in canonical form, differ from the reflectance that was baked?
     pub fn is_of_another_brdf(&self, spec: &str) -> bool {
         self.brdf().is_some_and(|b| spec_without_folders(&b.spec()) != spec_without_folders(spec))
     }
 
-    /// Is `spec` the light that was baked: the sky of the same spec, or a file of the same content?
+    /// Is `spec` the light of this bake: the sky of the same spec, or a file with the same content?
     pub fn was_made_of(&self, spec: &str) -> bool {
         if sky::is_name(spec) {
             return name_of_light(spec) == self.made.environment;
@@ -240,7 +241,7 @@ impl SavedBake {
                 .collect();
         match files {
             Some(digests) => same_files(&self.tensors.metadata, &self.made.environment, &digests),
-            // What is no file, such as a pattern of names, is known by name.
+            // A spec that names no single file (a pattern of names) is compared by name.
             None => name_of_light(spec) == self.made.environment,
         }
     }
@@ -311,7 +312,7 @@ impl SavedLocal {
     }
 }
 
-/// Have the files that `environment` names these digests, in their order? Their names may have changed since.
+/// Do the files that `environment` names have these digests, in this order? They may have been renamed since.
 fn same_files(metadata: &BTreeMap<String, String>, environment: &str, digests: &[String]) -> bool {
     let of = |name: &str| metadata.get(&format!("{INPUT}{name}"));
     let whole = of(environment).map(|d| vec![d]);
@@ -333,7 +334,7 @@ pub fn seal(tensors: &mut TensorFile) {
     tensors.metadata.insert(DIGEST.into(), digest);
 }
 
-/// Is it what was written? Files that say what they were made of have a digest; a bare [`AnyBake::save`] has
+/// Is the file undamaged? Files that record their inputs carry a digest; a bare [`AnyBake::save`] has
 /// neither.
 fn is_whole(t: &TensorFile) -> bool {
     match t.metadata.get(DIGEST) {
@@ -346,7 +347,7 @@ fn is_named_so(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"))
 }
 
-/// Of the tensors and of all that is said about them.
+/// Digest of the tensors and of all metadata.
 fn digest(t: &TensorFile) -> String {
     let mut bare = t.clone();
     bare.metadata.remove(DIGEST);

@@ -1,4 +1,4 @@
-//! What the tests of techniques share: bakes, points at one elevation, the reference.
+//! Common code of the techniques' tests: bakes, points at one elevation, the reference.
 
 pub mod local;
 
@@ -49,7 +49,7 @@ pub fn points(n: usize, degrees: f64) -> Vec<ReferencePoint> {
     (0..n).map(point).collect()
 }
 
-/// What a bake shades there.
+/// Radiance of a bake at these points.
 pub fn shade(b: &dyn AnyBake, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
     let mut q = PointsBuf::with_capacity(points.len());
     for p in points {
@@ -60,7 +60,7 @@ pub fn shade(b: &dyn AnyBake, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
     (0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
 }
 
-/// Relative RMS error against the reference of some bakes at the same points.
+/// Relative RMS errors of several bakes against the reference, at the same points.
 pub fn judged(bakes: &[&dyn AnyBake], lights: &Lights, spec: &str, points: &[ReferencePoint]) -> Vec<f64> {
     let reference = Reference::new(lights, Lookup::Constant, &Task::quiet()).unwrap();
     let brdf = steradian_brdf::parse(spec).unwrap();
@@ -71,7 +71,7 @@ pub fn judged(bakes: &[&dyn AnyBake], lights: &Lights, spec: &str, points: &[Ref
     bakes.iter().map(error).collect()
 }
 
-/// Suns turn with the light, and are saved with what shades them.
+/// Suns that are shaded exactly rotate with the light, and are saved with what shades them.
 pub fn suns_turn_and_are_saved(b: &mut dyn AnyBake) {
     assert!(detail(b, "lights") >= 1.0);
     let still = points(40, 70.0);

@@ -1,7 +1,7 @@
 //! The checks that every registered technique gets without asking, as its Card's claims make them meaningful.
 //!
-//! What a Card waives is printed with its reason.
-//! `STERADIAN_BLESS=1 cargo test -p steradian-techniques --test conformance` records the error table anew;
+//! Checks that a Card waives are printed with the reason. `STERADIAN_BLESS=1 cargo test -p
+//! steradian-techniques --test conformance` records the error table anew;
 //! `STERADIAN_TECHNIQUES=split_sum,shrm` puts these techniques alone to most checks.
 
 #![expect(clippy::print_stdout, reason = "tests report what they leave out and what they measure")]
@@ -58,7 +58,7 @@ fn cards_keep_their_word() {
     }
 }
 
-/// Under constant light the result is the directional albedo, within what the certificate says.
+/// Under constant light the result is the directional albedo, up to the error that the certificate states.
 #[test]
 fn white_furnace() {
     let points = points(24);
@@ -142,8 +142,9 @@ const RECORDED: usize = 64;
 /// Points of each kind where they are recorded, more where fewer leave a standard error above 5 %.
 const PRECISE: [usize; 3] = [256, 1024, 4096];
 
-/// Elsewhere the error is the recorded one: worse fails, and so does better that nobody explains. Points are
-/// of the kinds that certificates look at, others of them: uniform ones alone hardly see a sun.
+/// In all other cases the error is the recorded one: a larger error fails, and so does a smaller one, until
+/// the record is renewed. Points are of the kinds that certificates use, but others of them: uniform ones
+/// alone hardly ever see a sun.
 #[test]
 fn errors_are_the_recorded_ones() {
     let mut lines = Vec::new();

@@ -13,9 +13,9 @@ use steradian_parallel::prelude::*;
 use steradian_scene::{Hit, Ray};
 use steradian_sphere::Frame;
 
-/// Levels of the grid of rays of a site: the least, and the most that its error may ask for.
+/// Levels of the grid of rays of a site: the first, and the last to which it is refined.
 const LEVELS: std::ops::RangeInclusive<u32> = 5..=8;
-/// Jitter of its own, beside that of visibility.
+/// Random seed, different from that of visibility.
 const SEED: u32 = 0x8000_0000;
 
 /// A point that a site sees: its triangle, the weights of the second and third corner, and its share of the
@@ -77,15 +77,15 @@ pub(crate) fn add(
     Ok(())
 }
 
-/// One vector as the same one for every channel.
+/// Repeats a vector for every channel.
 fn spread(t: &[f32], bands: usize, channels: usize) -> Vec<f32> {
     t.chunks(bands * bands).flat_map(|t| std::iter::repeat_n(t, channels)).flatten().copied().collect()
 }
 
 impl Gather<'_> {
-    /// `own` and what `sites` gather of the vertices' vectors `from`, with the standard errors of the
-    /// gathering. Where `adapt` is set, grids are refined until these are within their share of the
-    /// tolerance.
+    /// `own` plus the light that `sites` gather of the vertices' vectors `from`, with the standard errors of
+    /// the gathering. Where `adapt` is set, grids are refined until these errors are within their share of
+    /// the tolerance.
     fn gather(
         &self,
         sites: &[Site],
@@ -147,7 +147,7 @@ impl Gather<'_> {
         }
     }
 
-    /// What a site sees of the mesh, from the front.
+    /// Finds the front faces of the mesh that a site sees.
     fn look(&self, site: &Site, seed: u32, level: u32, work: &mut Work) {
         let frame = Frame::from_normal(site.n.as_dvec3().normalize()).matrix().as_mat3();
         let origin = site.p + site.n * self.settings.offset;

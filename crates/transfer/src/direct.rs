@@ -31,7 +31,7 @@ pub struct Direct {
     pub rays: u64,
 }
 
-/// What one block computes, in the order of its sites.
+/// Results of one block, in the order of its sites.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Block {
     /// t, v and the two errors of each site.
@@ -40,7 +40,7 @@ pub(crate) struct Block {
     pub rays: u64,
 }
 
-/// What all sites share.
+/// Data common to all sites.
 struct Plan<'a> {
     scene: &'a Scene<'a>,
     settings: &'a Settings,
@@ -122,8 +122,8 @@ impl Plan<'_> {
         out
     }
 
-    /// What is blocked is summed about the normal, turned to the world, and taken off the closed form of the
-    /// open hemisphere.
+    /// The blocked part is summed about the normal, rotated to world axes, and subtracted from the closed
+    /// form of the open hemisphere.
     fn site(&self, index: u32, site: &Site, scratch: &mut Scratch, out: &mut Block) {
         let (cosine, plain) = (self.settings.bands.pow(2), self.settings.wide().pow(2));
         let start = out.values.len();

@@ -12,11 +12,11 @@ pub enum TransferError {
     /// A site is no point of a surface.
     #[error("site {site}: its position {p} is not finite or its normal {n} is not of length 1")]
     Site {
-        /// Which.
+        /// Index of the site.
         site: usize,
         /// Position.
         p: Vec3,
-        /// Normal.
+        /// Its normal.
         n: Vec3,
     },
     /// A setting is out of range.
@@ -25,13 +25,13 @@ pub enum TransferError {
     /// It would take more memory than is allowed.
     #[error("{what} takes {needed} bytes, more than the {allowed} that are allowed: {advice}")]
     Memory {
-        /// What.
+        /// The data.
         what: &'static str,
-        /// What it takes, bytes.
+        /// Bytes needed.
         needed: u64,
-        /// What is allowed, bytes.
+        /// Bytes allowed.
         allowed: u64,
-        /// What to do.
+        /// Advice to the user.
         advice: &'static str,
     },
     /// The file of finished parts cannot be used.

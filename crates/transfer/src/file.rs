@@ -29,22 +29,21 @@ pub enum FileError {
     Bands {
         /// Bands of the file.
         file: usize,
-        /// Bands that are asked for.
+        /// Bands of the request.
         asked: usize,
     },
 }
 
-/// Key of the metadata that says the form of the file.
+/// Metadata key and version of the file form.
 const FORM: (&str, &str) = ("steradian.transfer", "1");
-/// Key of the rays of a site, where they were asked for.
+/// Metadata key of the number of rays per site, where that was set.
 const RAYS: &str = "steradian.rays";
 
-/// Transfer with what it was made of, as a file holds it.
+/// Transfer with a record of its inputs, as a file holds it.
 ///
 /// Tensors: `t` (sites, channels, bands²), `v` (sites, wide²), `ao` (sites), `bent` (sites, 3), `error`
-/// (sites, 2), and where it was asked for `h` (sites, bands²), visibility by least squares over the
-/// hemisphere. Beside them a file may have `m` (sites, bands², bands²), the matrices of glossy transfer
-/// ([`Saved::matrices`]).
+/// (sites, 2), and optionally `h` (sites, bands²), visibility by least squares over the hemisphere, and `m`
+/// (sites, bands², bands²), the matrices of glossy transfer ([`Saved::matrices`]).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Saved {
     /// The data.
@@ -54,13 +53,13 @@ pub struct Saved {
     pub hemisphere: Option<Vec<f32>>,
     /// Digest of the mesh ([`mesh_digest`]).
     pub mesh: String,
-    /// What the sites are: `vertices`, `texels WxH` or `points`.
+    /// Kind of the sites: `vertices`, `texels WxH` or `points`.
     pub sites: String,
-    /// Tolerance asked for, of t; 0 where rays were counted in its place.
+    /// Tolerance of t; 0 where a number of rays was set instead.
     pub tolerance: f64,
-    /// Rays asked for of a site, in place of a tolerance.
+    /// Number of rays per site, where set instead of a tolerance.
     pub rays: Option<u32>,
-    /// How far off the surface rays start.
+    /// Distance that rays start off the surface.
     pub offset: f32,
     /// Albedo of each material slot.
     pub albedo: Vec<[f64; 3]>,
@@ -121,7 +120,7 @@ impl Saved {
         })
     }
 
-    /// As tensors, without matrices.
+    /// The transfer as tensors, without matrices.
     pub fn tensors(&self) -> TensorFile {
         let mut file = TensorFile::default();
         let x = &self.transfer;
@@ -172,7 +171,7 @@ impl Saved {
         file.metadata.get(FORM.0).is_some_and(|f| f == FORM.1)
     }
 
-    /// From [`Saved::tensors`].
+    /// Reads what [`Saved::tensors`] returns.
     pub fn read(file: &TensorFile) -> Result<Self, FileError> {
         if !Self::is_one(file) {
             return Err(FileError::NoTransfer);
@@ -238,7 +237,7 @@ impl Saved {
     /// Is it the transfer of this mesh, with at least so many bands?
     ///
     /// # Errors
-    /// Which of both it is not.
+    /// If it is of another mesh, or has fewer bands.
     pub fn fits(&self, mesh: &Mesh, bands: usize) -> Result<(), FileError> {
         let digest = mesh_digest(mesh);
         if digest != self.mesh {
@@ -252,7 +251,7 @@ impl Saved {
     }
 }
 
-/// SHA-256, in hexadecimal, of what visibility depends on: positions, normals and triangles.
+/// SHA-256, in hexadecimal, of the data that visibility depends on: positions, normals and triangles.
 pub fn mesh_digest(mesh: &Mesh) -> String {
     let mut bytes = Vec::with_capacity(24 * mesh.positions.len() + 16 * mesh.triangles.len());
     for v in mesh.positions.iter().chain(&mesh.normals) {

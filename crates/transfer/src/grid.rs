@@ -2,15 +2,15 @@
 //!
 //! A point of the unit square goes to the unit disk by the concentric map (Shirley & Chiu 1997, "A Low
 //! Distortion Map Between Disk and Square") and from there to a height z with density proportional to z + c:
-//! between uniform in solid angle, which integrals of V alone want, and cosine-weighted, which integrals of V
-//! (n·w) want. Cells are numbered along Morton's curve, so that the children of cell i are 4i … 4i + 3 and
+//! between uniform in solid angle, best for integrals of V alone, and cosine-weighted, best for integrals of
+//! V (n·w). Cells are numbered along Morton's curve, so that the children of cell i are 4i … 4i + 3 and
 //! neighbours are near.
 
 use glam::Vec3;
 use std::f32::consts::FRAC_PI_4;
 use std::f64::consts::PI;
 
-/// c of the density: of the tolerance of integrals of V (n·w) a fifth is that of integrals of V.
+/// c of the density. With it the tolerance of integrals of V (n·w) is a fifth of that of integrals of V.
 pub const LIFT: f64 = 0.2;
 
 /// ∫ (z + c) dω over the hemisphere.
@@ -77,7 +77,7 @@ pub fn start(level: u32) -> usize {
     ((1usize << (2 * level)) - 1) / 3
 }
 
-/// A number in [0, 1)² for a cell of a level of a site, the same on every machine.
+/// A number in [0, 1)² for a cell of a level of a site, identical on every machine.
 #[inline(always)]
 pub fn jitter(seed: u32, level: u32, cell: u32) -> [f32; 2] {
     // Jarzynski & Olano 2020, "Hash Functions for GPU Rendering" (JCGT 9(3)): pcg3d.

@@ -1,9 +1,9 @@
-//! From geometry to light transport: what each site of a mesh sees, and how light from far away reaches it,
-//! straight and by reflection.
+//! From geometry to light transport: visibility of each site of a mesh, and transfer of distant light to it,
+//! directly and by interreflection.
 //!
-//! A *site* is a point with a normal: a vertex, a texel of an atlas, or any point that is given. With V(w) =
-//! 1 where nothing stands in direction w and 0 elsewhere, and y_i the real spherical harmonics over world
-//! axes, a site gets
+//! A *site* is a point with a normal: a vertex, a texel of an atlas, or any given point. With V(w) = 1 where
+//! direction w is unoccluded and 0 elsewhere, and y_i the real spherical harmonics over world axes, a site
+//! gets
 //!
 //! - ambient occlusion ao = (1/π) ∫ V (n·w)₊ dw (Kautz 2004, *Hardware Lighting and Shading: a Survey*,
 //!   eq. 6);
@@ -45,11 +45,11 @@ pub use store::Store;
 use steradian_base::{Input, Task};
 use steradian_scene::{Bvh, Mesh};
 
-/// What blocks and reflects.
+/// The mesh, which occludes and reflects, with its acceleration structure.
 pub struct Scene<'a> {
     /// The geometry.
     pub mesh: &'a Mesh,
-    /// Its hierarchy.
+    /// Acceleration structure of the mesh.
     pub bvh: Bvh,
 }
 
@@ -66,7 +66,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// What is computed, and how well.
+/// Quantities to compute, and their accuracy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Bands of t and of v: 1 to [`Settings::MAX_BANDS`].
@@ -75,14 +75,14 @@ pub struct Settings {
     pub tolerance: f64,
     /// Rays of a site in place of a tolerance: the largest power of 4 that is not above.
     pub rays: Option<u32>,
-    /// How far off the surface rays start, along the normal, in the mesh's units.
+    /// Distance that rays start off the surface, along the normal, in the mesh's units.
     pub offset: f32,
-    /// Keep v in 2·bands − 1 bands, of which the matrices of glossy transfer are made.
+    /// Keep v in 2·bands − 1 bands, from which the matrices of glossy transfer are made.
     pub matrices: bool,
     /// Scattering events at surfaces: 1 is direct light alone, and every further one is a reflection from the
     /// mesh.
     pub bounces: u32,
-    /// Albedo of each material slot of the mesh, for reflections; the last goes on for slots beyond it.
+    /// Albedo of each material slot of the mesh, for interreflection; slots beyond the end have the last one.
     pub albedo: Vec<[f64; 3]>,
 }
 
@@ -105,7 +105,7 @@ impl Settings {
     pub const MAX_BANDS: usize = 15;
     /// Most bands with matrices.
     pub const MAX_MATRIX_BANDS: usize = 8;
-    /// The least tolerance that is taken.
+    /// Least tolerance accepted.
     pub const MIN_TOLERANCE: f64 = 1e-5;
 
     /// Bands of v.
@@ -113,9 +113,9 @@ impl Settings {
         if self.matrices { 2 * self.bands - 1 } else { self.bands }
     }
 
-    /// What two standard errors of direct light, and of what is reflected, stay within: 0.8 and 0.6 of the
-    /// tolerance together make all of it, since they are independent. (With all of it for each, some sites
-    /// missed it by a few percent.)
+    /// Bounds of two standard errors of direct light and of interreflected light: 0.8 and 0.6 of the
+    /// tolerance, which add up to it in squares, since the errors are independent. (With the full tolerance
+    /// for each, some sites missed it by a few percent.)
     fn shares(&self) -> [f64; 2] {
         if self.bounces > 1 { [0.8 * self.tolerance, 0.6 * self.tolerance] } else { [self.tolerance, 0.0] }
     }
@@ -125,7 +125,8 @@ impl Settings {
         (rays.max(1).ilog2() / 2).min(9)
     }
 
-    /// Cells below this level count as shares of its cells: harmonics vary little over them.
+    /// Level of the table of harmonics: finer cells use the values of their ancestor there, since harmonics
+    /// vary little over it.
     fn table_level(&self) -> u32 {
         let level = match self.rays {
             Some(rays) => Self::level(rays),
@@ -177,9 +178,9 @@ pub struct Transfer {
     pub channels: usize,
     /// Scattering events at surfaces: 1 is direct light alone.
     pub bounces: u32,
-    /// Sites, channels, `bands`² coefficients of ∫ V (n·w)₊ y_i dw and of what is reflected to it.
+    /// Sites, channels, `bands`² coefficients of ∫ V (n·w)₊ y_i dw plus interreflected light.
     pub t: Vec<f32>,
-    /// What of `t` arrives without reflection, one vector a site; `None` where that is all.
+    /// The direct part of `t`, one vector a site; `None` where there is no other part.
     pub direct: Option<Vec<f32>>,
     /// Sites, `wide`² coefficients of ∫ V y_i dw over n·w > 0.
     pub v: Vec<f32>,
@@ -233,7 +234,7 @@ impl Transfer {
     }
 }
 
-/// What the blocks of a computation depend on, as a digest of 64 characters: for [`Store::open`].
+/// Digest, of 64 characters, of all inputs that the blocks of a computation depend on, for [`Store::open`].
 pub fn key(scene: &Scene<'_>, sites: &[Site], settings: &Settings) -> String {
     let mut bytes = mesh_digest(scene.mesh).into_bytes();
     for s in sites {
@@ -252,8 +253,8 @@ pub fn key(scene: &Scene<'_>, sites: &[Site], settings: &Settings) -> String {
 /// written to it.
 ///
 /// # Errors
-/// Settings out of range, sites that are none, too little memory, a store that cannot be written, or the task
-/// was cancelled.
+/// Settings out of range, invalid sites, too little memory, a store that cannot be written, or the
+/// task was cancelled.
 pub fn transfer(
     scene: &Scene<'_>,
     sites: &[Site],

@@ -2,9 +2,9 @@
 //! Seidel 2003, *Efficient Light Transport Using Precomputed Visibility*; Carr, Hall & Hart 2003, *GPU
 //! Algorithms for Radiosity and Subsurface Scattering*; Kautz 2004 (STAR), 6.4.3).
 //!
-//! All sites have the same directions, in the mesh's own axes, so that what arrives along one of them may be
-//! interpolated between sites. Light and reflectance are no part of the links. Surfaces that are seen from
-//! behind count as not seen.
+//! All sites have the same directions, in the mesh's own axes, so that light that arrives along one of them
+//! may be interpolated between sites. Links do not depend on light and reflectance. Surfaces seen from behind
+//! count as not seen.
 
 use crate::{Scene, Site, TransferError, memory};
 use glam::Vec3;
@@ -22,25 +22,26 @@ pub struct Link {
 }
 
 impl Link {
-    /// The triangle of a direction in which nothing is seen.
+    /// Index of a direction in which nothing is seen.
     pub const NONE: u32 = u32::MAX;
 }
 
-/// What sites see of a mesh.
+/// The surface points that sites see along fixed directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Links {
     /// All links, site by site, of a site direction by direction.
     pub links: Vec<Link>,
-    /// How many a site has.
+    /// Links of each site.
     pub directions: usize,
 }
 
 impl Links {
-    /// The links of `sites` along unit `directions`, of which a site sees nothing along those below it; rays
+    /// The links of `sites` along unit `directions`; a site has none along directions below its horizon. Rays
     /// start `offset` off the surface.
     ///
     /// # Errors
-    /// If a site has no unit normal, if they do not fit the memory, or if the task is cancelled.
+    /// If a site has no unit normal, if the links do not fit the memory, or if the task is
+    /// cancelled.
     pub fn new(
         scene: &Scene<'_>,
         sites: &[Site],
@@ -122,8 +123,8 @@ mod tests {
         Site { p: t.iter().map(|k| mesh.positions[*k]).sum::<Vec3>() / 3.0, n: mesh.normals[t[0]] }
     }
 
-    /// Opposite walls of a cube have the form factor 0.199825, neighbours 0.200044 (Howell, C-11 and C-14);
-    /// all of what a wall sees is walls.
+    /// Opposite walls of a cube have the form factor 0.199825, neighbours 0.200044 (Howell, C-11 and C-14); a
+    /// wall sees nothing but walls.
     #[test]
     fn a_boxs_walls_have_their_form_factors() {
         let mesh = inside();

@@ -82,7 +82,7 @@ impl Products {
         out
     }
 
-    /// The transfer matrix of a site: what its visibility v (of n·w > 0) blocks is taken off the identity.
+    /// The transfer matrix of a site: the identity minus the part that its visibility v (of n·w > 0) blocks.
     /// Directions below the horizon count as open: reflectance is zero there.
     pub fn transfer(&self, n: glam::DVec3, v: &[f32]) -> Vec<f64> {
         let order = 2 * (self.bands - 1);
@@ -130,7 +130,7 @@ mod tests {
                 }
             }
         }
-        // All that the hemisphere sees is open: nothing is taken off.
+        // The hemisphere is unoccluded, so nothing is subtracted.
         let v: Vec<f32> = half.iter().map(|x| *x as f32).collect();
         for (k, x) in p.transfer(n, &v).iter().enumerate() {
             assert!((x - delta(k / 16, k % 16)).abs() < 1e-6);

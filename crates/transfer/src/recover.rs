@@ -15,9 +15,9 @@
 //!   the diagonal: eigenvalues of M fall to 3e-5 at four bands, and an error of t would be multiplied by
 //!   their inverses.
 //!
-//! Where v_i = ∫ V y_i dw is known, the same is done with the weight 1 in place of the cosine
+//! Where v_i = ∫ V y_i dw is available, the same fit is done with the weight 1 in place of the cosine
 //! ([`Recovery::over_hemisphere`]): the series of v itself is that of a function that ends at the horizon,
-//! which no few bands hold.
+//! which a few bands cannot represent.
 
 use crate::Products;
 use glam::DVec3;
@@ -36,13 +36,13 @@ fn series(t: &[f32], w: DVec3) -> f64 {
 }
 
 /// Visibility of unit `w` from the transfer vector `t` (bands² numbers) of a site of unit normal `n`: its
-/// series over the cosine. 0 below the horizon; not cut to 0 … 1.
+/// series over the cosine. 0 below the horizon; not clamped to 0 … 1.
 pub fn divided(n: DVec3, t: &[f32], w: DVec3) -> f64 {
     let cosine = n.dot(w);
     if cosine > 0.0 { series(t, w) / cosine } else { 0.0 }
 }
 
-/// The same, over the series that an open site has.
+/// Visibility as the series over that of an open site.
 pub fn share(n: DVec3, t: &[f32], w: DVec3) -> f64 {
     if n.dot(w) <= 0.0 {
         return 0.0;
@@ -60,8 +60,8 @@ pub struct Recovery {
 }
 
 impl Recovery {
-    /// For vectors of `bands` bands. `ridge` is ε, 1e-6 to 1: at about the error of t it damps what the error
-    /// would make.
+    /// A solver for vectors of `bands` bands. `ridge` is ε, 1e-6 to 1: a value near the error of t damps the
+    /// amplification of that error.
     pub fn new(bands: usize, ridge: f64) -> Self {
         Self::weighed(bands, sh::zonal::cosine(2 * (bands.max(1) - 1)), ridge)
     }

@@ -1,9 +1,9 @@
-//! A mesh divided where transfer varies between its vertices, so that interpolation over triangles is right
-//! (Křivánek, Pattanaik & Žára 2004, *Adaptive Mesh Subdivision for Precomputed Radiance Transfer*).
+//! Subdivision of a mesh where transfer varies between its vertices, so that interpolation over triangles is
+//! accurate (Křivánek, Pattanaik & Žára 2004, *Adaptive Mesh Subdivision for Precomputed Radiance Transfer*).
 //!
-//! An edge is halved where the transfer vector of its middle is far from the mean of those of its ends. What
-//! stands on a large triangle may leave all middles of edges as they are: near the object no edge stays
-//! longer than [`Refinement::coarsest`], whatever its middle says.
+//! An edge is halved where the transfer vector of its midpoint is far from the mean of its ends' vectors. The
+//! shadow of an object that stands inside a large triangle may miss the midpoints of all edges; so near the
+//! object every edge is halved until it is shorter than [`Refinement::coarsest`], whatever its midpoint says.
 
 use crate::{Scene, Settings, Site, TransferError, direct};
 use glam::Vec3;
@@ -11,20 +11,21 @@ use std::collections::HashSet;
 use steradian_base::Task;
 use steradian_scene::{Edge, Mesh, edge};
 
-/// How far a mesh is divided.
+/// Limits of the subdivision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refinement {
-    /// |t(middle) − ½(t(a) + t(b))| that is left, over |t| of an open hemisphere: the error of radiance at the middle of an
-    /// edge under the worst light.
+    /// Largest remaining |t(middle) − ½(t(a) + t(b))|, relative to |t| of an open hemisphere: the error of
+    /// radiance at the middle of an edge under the worst light.
     pub tolerance: f64,
-    /// Length of edges that are halved untested near the object, over its diagonal.
+    /// Length, relative to the object's diagonal, above which edges near the object are halved without a
+    /// test.
     pub coarsest: f32,
-    /// Length of edges of the mesh that are tested, over the diagonal; shorter ones stay as they were
-    /// modelled.
+    /// Length, relative to the diagonal, above which edges of the given mesh are tested; shorter ones are
+    /// trusted as modelled.
     pub given: f32,
-    /// Length of edges that are left as they are, over the diagonal.
+    /// Length, relative to the diagonal, below which edges are not halved.
     pub finest: f32,
-    /// Vertices at most that are added.
+    /// Most vertices that are added.
     pub most: usize,
 }
 
@@ -35,18 +36,17 @@ impl Default for Refinement {
     }
 }
 
-/// Bands of the vectors that are compared: what is left out of a clamped cosine is 1 % (Ramamoorthi &
-/// Hanrahan 2001).
+/// Bands of the vectors that are compared: these hold 99 % of a clamped cosine (Ramamoorthi & Hanrahan 2001).
 const BANDS: usize = 3;
 /// |t| of an open hemisphere in these bands: √Σ A_l² (2l + 1)/4π with A = π, 2π/3, π/4.
 const OPEN: f64 = 1.441;
-/// Rays of each vector that is compared: what such a grid leaves of an edge of shadow stays well below what
-/// is asked for, where 256 rays mark edges for their noise alone.
+/// Rays of each vector that is compared: with so many the noise at a shadow's edge stays well below the
+/// tolerance, while with 256 the noise alone would mark edges.
 const RAYS: u32 = 1024;
 
-/// `mesh` with edges halved where transfer varies between their ends. `object` are the corners of the box of
-/// what is looked at, where a ground reaches far beyond it; else the mesh's own. With `slots` only triangles
-/// in these are divided, and what borders on them.
+/// `mesh` with edges halved where transfer varies between their ends. `object` has the corners of the
+/// bounding box of the object of interest, where a ground extends far beyond it; by default the mesh's own.
+/// With `slots` only triangles in these slots are divided, and their neighbours.
 ///
 /// # Errors
 /// A mesh without triangles, too little memory, or the task was cancelled.
@@ -110,14 +110,14 @@ struct Work<'a> {
     near: (Vec3, Vec3),
     slots: Option<&'a [u32]>,
     fine: Mesh,
-    /// Of vertices that were looked at; empty for others.
+    /// Vectors of vertices, empty where not computed.
     vectors: Vec<Vec<f32>>,
     /// Edges that stay.
     settled: HashSet<Edge>,
 }
 
 impl Work<'_> {
-    /// Edges that nothing is known of, in order.
+    /// Edges that were not tested yet, in order.
     fn open_edges(&self) -> Vec<Edge> {
         let sides = |t: &[u32; 3]| [edge(t[0], t[1]), edge(t[1], t[2]), edge(t[2], t[0])];
         let triangles = self.fine.triangles.iter().enumerate();
@@ -137,7 +137,7 @@ impl Work<'_> {
         a.max(b).cmpge(low).all() && a.min(b).cmple(high).all()
     }
 
-    /// How far the middles of edges are from the mean of their ends.
+    /// Deviation of the midpoint's vector from the mean of the ends', for each edge.
     fn deviations(&mut self, edges: &[Edge]) -> Result<Vec<f64>, TransferError> {
         let mut ends: Vec<u32> = edges.iter().flatten().copied().collect();
         ends.sort_unstable();
@@ -174,8 +174,8 @@ mod tests {
     use glam::{Affine3A, Vec3Swizzles};
     use steradian_scene::shapes;
 
-    /// A ball on a plate of two triangles: the plate is divided about the ball and little elsewhere, and
-    /// interpolated transfer is then near that of rays; a lone plate stays coarse.
+    /// A ball on a plate of two triangles: the plate is divided near the ball and little elsewhere, and
+    /// interpolated transfer is then close to that of rays; a lone plate stays coarse.
     #[test]
     fn a_plate_is_divided_where_something_stands_on_it() {
         let ball = shapes::icosphere(4).transformed(&Affine3A::from_translation(Vec3::Y));

@@ -57,7 +57,7 @@ impl Site {
         (0..mesh.positions.len()).map(site).collect()
     }
 
-    /// The same of the vertices of triangles in these slots of the mesh; the others get no normal.
+    /// [`Site::vertices`] for triangles in these slots of the mesh; all other vertices get no normal.
     pub fn vertices_in(mesh: &Mesh, slots: &[u32]) -> Vec<Self> {
         let mut all = Self::vertices(mesh);
         let mut within = vec![false; all.len()];

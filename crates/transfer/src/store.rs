@@ -1,9 +1,8 @@
-//! Finished parts of a computation in a file beside its output, so that an interrupted one goes on where it
-//! was.
+//! Finished parts of a computation in a file next to its output, so that an interrupted computation resumes.
 //!
-//! The file begins with a key, the digest of everything that the parts depend on; a file of another key is
-//! begun anew. Parts follow in the order in which they were finished, each with its length, a checksum and
-//! its number; what was written in part is cut off. [`crate::transfer`] keeps blocks of sites.
+//! The file begins with a key, the digest of everything that the parts depend on; a file with another key is
+//! overwritten. Parts follow in the order in which they were finished, each with its length, a checksum and
+//! its number; an incomplete part at the end is cut off. [`crate::transfer`] keeps blocks of sites.
 
 use crate::TransferError;
 use crate::direct::Block;
@@ -25,7 +24,7 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the file beside `output`, and reads what it has of the computation `key`, 64 characters.
+    /// Opens the file next to `output`, and reads its parts of the computation `key`, 64 characters.
     pub fn open(output: &Path, key: &str) -> Result<Self, TransferError> {
         let mut name = output.file_name().unwrap_or_default().to_os_string();
         name.push(".part");
@@ -63,7 +62,7 @@ impl Store {
         self.found.len()
     }
 
-    /// The result is written: the file goes.
+    /// Removes the file, once the result is written.
     pub fn finish(self) -> Result<(), TransferError> {
         std::fs::remove_file(&self.path).map_err(|e| fault(&self.path, &e))
     }
@@ -117,7 +116,7 @@ impl Block {
         out
     }
 
-    /// From [`Block::to_bytes`]; `None` where that is not whole.
+    /// Reads what [`Block::to_bytes`] returns; `None` where it is not whole.
     pub(crate) fn from_bytes(part: &[u8]) -> Option<Self> {
         let rays = u64::from_le_bytes(*part.first_chunk()?);
         let enclosed = u32::from_le_bytes(*part.get(8..)?.first_chunk()?) as usize;

@@ -7,7 +7,7 @@ use steradian_sphere::sh;
 /// For each cell of each level: ∫ (n·w) y_i dw for the first `bands`² harmonics about the normal, then ∫ y_i
 /// dw for the first `wide`². A cell's are the sums of its children's.
 pub struct Table {
-    /// Level of the finest cells: 4^level of them.
+    /// Level of the finest cells, of which there are 4^level.
     pub level: u32,
     /// Numbers of a cell.
     pub width: usize,

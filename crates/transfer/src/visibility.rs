@@ -1,4 +1,4 @@
-//! What a site sees: cells of the hemisphere, refined where neighbours differ.
+//! Visibility of a site: cells of the hemisphere, refined where neighbours differ.
 //!
 //! Every cell of a regular grid gets one ray at a random place in it. Cells that do not agree with their
 //! neighbours are divided in four, each with a ray of its own, and so on until the estimate of the error is
@@ -17,7 +17,7 @@
 //! - along the horizon, where gaps of touching surfaces lie, cells get rays more at heights that a random one
 //!   seldom has.
 //!
-//! What is smaller than a cell of the first grid and stands alone may still be missed.
+//! Features that are smaller than a cell of the first grid and isolated may still be missed.
 
 use crate::grid::{cell_at, direction, jitter, place};
 use crate::table::{Table, finer_weight};
@@ -39,34 +39,34 @@ const OPEN: u8 = 4;
 const BLOCKED: u8 = 8;
 /// It has parts.
 const DIVIDED: u8 = 16;
-/// It was left as it is, since all around see the same.
+/// Flag of a cell that is left undivided, since all around it agree.
 const SETTLED: u8 = 32;
-/// Variance of a random ray in a cell with neighbours of both kinds, on average over them: f (1 − f) of a
-/// cell of which the share f is open is 1/6 in the mean where a straight boundary crosses it, and 0 where one
-/// passes by.
+/// Variance of a random ray in a cell with neighbours of both kinds, averaged over such cells: f (1 − f) of a
+/// cell whose share f is open is 1/6 in the mean where a straight boundary crosses it, and 0 where one passes
+/// by.
 const SPREAD: f64 = 0.18;
 /// Where anything is blocked, blocked cells, those at boundaries and those at the horizon are divided until
-/// the integral of V over one is this share of the standard error that is asked for: gaps of a few cells are
-/// then seen by some ray.
+/// the integral of V over one is this share of the target standard error: gaps of a few cells are then seen
+/// by some ray.
 const SPECK: f64 = 0.35;
-/// Boundaries of so many cells at most are followed …
+/// Boundaries of at most so many cells are followed …
 const SHORT: usize = 200;
-/// … until a cell weighs this share of the standard error that is asked for.
+/// … until a cell's weight is this share of the target standard error.
 const TRIFLE: f64 = 0.05;
 /// Where rays more are cast in cells at the horizon: depths from there, in sides of the cell.
 const DEPTHS: [f32; 3] = [0.02, 0.07, 0.25];
 
-/// How much work a site gets.
+/// Work for each site.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Effort {
-    /// As many rays as this standard error of ∫ V (n·w) y dw, for harmonics of magnitude 1, asks for;
+    /// As many rays as are needed for this standard error of ∫ V (n·w) y dw, for harmonics of magnitude 1;
     /// integrals of V alone get five times that.
     Error(f64),
     /// A grid of 4^level cells, one ray each.
     Level(u32),
 }
 
-/// Level of the grid that is refined, where a fine result is asked for.
+/// Level of the grid that is refined, for a fine result.
 const GRID: u32 = 6;
 
 /// Rays and maps of one thread.
@@ -79,39 +79,40 @@ pub struct Scratch {
     hits: Vec<bool>,
     /// The cell of each ray that only tells whether to divide.
     probed: Vec<u32>,
-    /// For each level, rows of cells: what their rays saw, and what those of their parts did ([`BLOCKED`] …).
+    /// For each level, rows of cells: flags of what their rays, and those of their parts, met ([`BLOCKED`]
+    /// …).
     maps: Vec<Vec<u8>>,
     /// For each level, cells that wait for their rays.
     waiting: Vec<Vec<u32>>,
     /// For each level, settled cells that turned out to have a neighbour that differs.
     reopened: Vec<Vec<u32>>,
-    /// What is blocked.
+    /// Blocked cells.
     pub blocked: Vec<Blocked>,
 }
 
 /// A cell of the table that is blocked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Blocked {
-    /// Its level.
+    /// Level of the cell.
     pub level: u32,
-    /// Its number there.
+    /// Index of the cell in its level.
     pub cell: u32,
-    /// Which share of it, with the cosine and without.
+    /// Blocked share of the cell, with the cosine and without.
     pub share: [f32; 2],
 }
 
 /// A cell that may be divided.
 struct Open {
-    /// Its variance, in units of what is allowed; 0 where it is left as it is, infinite where it must be
-    /// divided.
+    /// Variance of the cell, in units of the allowed one; 0 where it is left undivided, infinite where it
+    /// must be divided.
     expected: f32,
     cell: u32,
     variance: [f64; 2],
-    /// What it weighs, in units of the error of integrals of V (n·w).
+    /// Weight of the cell, in units of the error of integrals of V (n·w).
     weight: f32,
 }
 
-/// What a site sees beside [`Scratch::blocked`].
+/// Results for a site, in addition to [`Scratch::blocked`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
     /// Standard errors of ∫ V (n·w) y and of ∫ V y, for harmonics of magnitude 1.
@@ -228,7 +229,7 @@ impl Scratch {
         seen
     }
 
-    /// A cell is left as it is, since all around see the same.
+    /// Marks a cell as left undivided, since all around it agree.
     #[inline(always)]
     fn settle(&mut self, level: u32, cell: u32) {
         let [x, y] = place(cell);
@@ -246,8 +247,8 @@ impl Scratch {
         }
     }
 
-    /// Settled cells beside those that were just seen, and that see otherwise, are looked at again: a gap
-    /// that was found at one place is followed along its way.
+    /// Reopens settled cells next to newly sampled ones that disagree with them, so that a gap found at one
+    /// place is followed along its way.
     fn reopen(&mut self, first: u32, level: u32) {
         for k in 0..self.cells.len() {
             let ([x, y], side) = (place(self.cells[k]), 1u32 << level);
@@ -297,8 +298,9 @@ impl Scratch {
         }
     }
 
-    /// What lies along the horizon is thin where surfaces touch or bend gently: cells there get more rays, at
-    /// heights that a random one would seldom have, which tell whether to divide and count for nothing else.
+    /// Gaps along the horizon are thin where surfaces touch or bend gently: cells there get more rays, at
+    /// heights that a random ray seldom has. These rays decide only on division; they do not count in
+    /// integrals.
     fn probe_horizon(&mut self, bvh: &Bvh, origin: Vec3, frame: Mat3, first: u32, level: u32) -> usize {
         let (side, scale) = (1u32 << level, 1.0 / (1u32 << level) as f32);
         self.rays.clear();
@@ -331,7 +333,7 @@ impl Scratch {
         self.rays.len()
     }
 
-    /// Notes for a cell and what it is part of that this is seen in it.
+    /// Records in a cell and all its ancestors what was seen in it.
     fn note(&mut self, first: u32, level: u32, [x, y]: [u32; 2], seen: u8) {
         for l in (first..=level).rev() {
             let state = &mut self.maps[l as usize][(((y >> (level - l)) << l) + (x >> (level - l))) as usize];
@@ -343,7 +345,7 @@ impl Scratch {
         }
     }
 
-    /// What a cell's neighbours see, or what they are parts of.
+    /// State of a cell's neighbours, or of the ancestors of these.
     #[inline(always)]
     fn neighbours(&self, first: u32, level: u32, cell: u32) -> Neighbours {
         let ([x, y], side) = (place(cell), 1u32 << level);
@@ -360,7 +362,7 @@ impl Scratch {
         Neighbours { horizon: count < 9, hit: own & HIT != 0, mixed: seen & both == both }
     }
 
-    /// The finest cell up to `level` that was looked at here: its level, and where it is in that map.
+    /// The finest cell up to `level` that was sampled here: its level, and its index in that level's map.
     #[inline(always)]
     fn find(&self, first: u32, level: u32, x: u32, y: u32) -> (u32, usize) {
         let (mut level, mut x, mut y) = (level, x, y);
@@ -389,7 +391,7 @@ impl Kernel for Aim<'_> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        // So many at a time, in loops that compilers take for vectors.
+        // A block of so many, in loops that compilers vectorise.
         const SOME: usize = 16;
         let scale = 1.0 / (1u32 << self.level) as f32;
         for cells in self.cells.chunks(SOME) {
@@ -408,13 +410,13 @@ impl Kernel for Aim<'_> {
     }
 }
 
-/// What is around a cell.
+/// State of the cells around a cell.
 struct Neighbours {
     /// Is it at the horizon?
     horizon: bool,
     /// Is the cell itself blocked?
     hit: bool,
-    /// Are there both open and blocked ones, itself and parts of them included?
+    /// Are there both open and blocked cells, among its neighbours, itself and their parts?
     mixed: bool,
 }
 

@@ -23,8 +23,8 @@ fn on_plate(mesh: Mesh) -> Mesh {
     Mesh::merged(&[mesh, shapes::cuboid([1.0; 3], 1).transformed(&map)])
 }
 
-/// t, v (25 each) and ao of one site by `n` directions of a lattice, uniform over the hemisphere: a sampler,
-/// a basis and sums of their own.
+/// t, v (25 each) and ao of one site by `n` directions of a lattice, uniform over the hemisphere: an
+/// independent sampler, basis and sums.
 fn independent(bvh: &Bvh, site: &Site, n: usize) -> (Vec<f64>, Vec<f64>, f64) {
     let frame = Frame::from_normal(site.n.as_dvec3().normalize());
     let origin = site.p + 1e-4 * site.n;
@@ -68,7 +68,7 @@ fn differences(mesh: &Mesh, sites: &[Site], x: &Transfer, n: usize) -> ([f64; 2]
     (worst, of_t)
 }
 
-/// Direct light and what is reflected err together by no more than is asked of their sum.
+/// The error of direct and interreflected light together is within the tolerance of their sum.
 #[test]
 fn reflected_light_is_within_the_tolerance_too() {
     let mesh = shapes::torus(1.0, 0.4, 24);
@@ -87,7 +87,7 @@ fn the_bunny_on_its_plate_is_within_the_tolerance() {
     let step = if steradian_testkit::full() { 97 } else { 1697 };
     let all = Site::vertices(&mesh);
     let there = all.iter().copied().filter(|s| !s.is_absent());
-    // Those that face the plate and nearly touch it see out through gaps of a fraction of a degree.
+    // Sites that face the plate and nearly touch it see out through gaps of a fraction of a degree.
     let touching = there.clone().filter(|s| s.n.y < -0.9 && s.p.y < low + 1.5e-3);
     let sites: Vec<Site> = there.step_by(step).chain(touching.step_by(step / 12)).collect();
     for (tolerance, n) in [(1e-2, 100_000), (1e-3, 1_000_000)] {
@@ -96,7 +96,7 @@ fn the_bunny_on_its_plate_is_within_the_tolerance() {
         let rms = (each.iter().map(|e| e * e).sum::<f64>() / each.len() as f64).sqrt();
         let said = x.worst_error();
         assert!(said[0] <= tolerance && said[1] <= 5.0 * tolerance, "{said:?}");
-        // As good as it says, and not much better than asked for.
+        // As accurate as stated, and not much better than required.
         assert!(rms > 0.05 * tolerance && rms < 0.5 * tolerance, "{rms}");
         assert!(worst[0] <= tolerance && worst[1] <= 5.0 * tolerance, "{worst:?}");
     }
@@ -186,8 +186,8 @@ fn a_thin_gap_is_seen() {
     }
 }
 
-/// In a white bowl under light from everywhere all is as bright as the light, once all reflections are
-/// summed: the deep groove gets there in steps, none of which overshoots.
+/// In a white bowl under uniform light everything becomes as bright as the light, once all reflections are
+/// summed: the deep groove approaches that in steps, none of which overshoots.
 #[test]
 fn a_white_furnace_is_reached_from_below() {
     let n = 16;
@@ -209,7 +209,7 @@ fn a_white_furnace_is_reached_from_below() {
         };
         // ∫ L (n·w) dw/π with L = 1.
         let x = f64::from(of(&mesh, &site, &settings).vector(0, 0)[0]) * (4.0 * PI).sqrt() / PI;
-        // The tolerance of a coefficient is 0.34 % of x, and as much may come with what is seen.
+        // The tolerance of a coefficient is 0.34 % of x, and interreflected light may have the same error.
         assert!(x > last && x < 1.0065, "{bounces}: {x} after {last}");
         last = x;
     }
@@ -295,7 +295,7 @@ fn what_is_no_site_is_said() {
     assert!(Scene::new(&Mesh::default()).err().unwrap().to_string().contains("no triangles"));
 }
 
-/// A file comes back, and is known as another mesh's.
+/// A file is read back, and is recognised as that of another mesh.
 #[test]
 fn files_come_back_and_know_their_mesh() {
     let mesh = on_plate(shapes::icosphere(1));
@@ -308,7 +308,7 @@ fn files_come_back_and_know_their_mesh() {
     assert_eq!(back, saved);
     let matrices: Vec<f32> = saved.matrices(&sites).flatten().collect();
     assert_eq!(matrices.len(), 81 * sites.len());
-    // Of the constant harmonics ∫ V y_0², V being 1 below the horizon.
+    // ∫ V y_0² of the constant harmonic, V being 1 below the horizon.
     for (m, k) in matrices.chunks(81).zip(0..) {
         assert!((m[0] - 0.5 - saved.transfer.visibility(k)[0] * 0.282_094_8).abs() < 1e-5, "{k}");
     }

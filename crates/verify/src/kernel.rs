@@ -8,7 +8,7 @@ use steradian_prefilter::{Lobe, Zonal, quadrature};
 pub enum Family {
     /// Trowbridge–Reitz with n = wo = r and the cosine, as the split sum weighs it.
     Ggx,
-    /// The same without the cosine of the light's direction.
+    /// The GGX kernel without the cosine of the light's direction.
     GgxPlain,
     /// Beckmann.
     Beckmann,
@@ -71,7 +71,7 @@ impl Family {
     }
 }
 
-/// The least alpha of Charlie's lobe: narrower ones are this one.
+/// Least alpha of Charlie's lobe; smaller values are clamped to it.
 const SHEEN: f64 = 0.02;
 
 /// A kernel.
@@ -98,7 +98,7 @@ impl Kernel {
         }
     }
 
-    /// What filters; `None` for the light itself and its means.
+    /// The kernel as the filters take it; `None` for the light itself and its means.
     pub fn zonal(self) -> Option<Box<dyn Zonal>> {
         Some(match self.family {
             Family::Ggx => Box::new(Lobe::ggx(self.width)),

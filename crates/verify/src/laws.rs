@@ -1,29 +1,29 @@
-//! Which kernel a profile expects of each level, and which law the levels of a file follow.
+//! Kernels that a profile expects of each level, and laws that the levels of a file may follow instead.
 
 use crate::kernel::{Family, Kernel};
 use steradian_engines::{CoefficientForm, Curve, ENGINES, Engine};
 use steradian_light::load::{PROFILES, Profile};
 
-/// What a consumer expects of a file.
+/// Expectations of a consumer of a file.
 #[derive(Debug, Clone, Copy)]
 pub struct Consumer {
     /// The name that commands take.
     pub name: &'static str,
-    /// How its files lie.
+    /// Layout of its files.
     pub profile: &'static Profile,
-    /// What their levels hold.
+    /// Law of the levels' kernels.
     pub law: Law,
     /// What nine coefficients of diffuse light are in them.
     pub coefficients: CoefficientForm,
 }
 
-/// From levels to kernels.
+/// Law that assigns kernels to levels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Law {
     /// GGX with alpha = r².
     Roughness(Curve),
     /// cmft's Phong: exponent 2^(10 g + 1) + 1, g = 1 − m/L (its --glossScale 10 --glossBias 1, phongbrdf);
-    /// level 0 may be the light as it is (--excludeBase).
+    /// level 0 may be the unfiltered light (--excludeBase).
     Gloss,
 }
 
@@ -68,7 +68,7 @@ impl Consumer {
     }
 }
 
-/// From levels to perceptual roughness, as files have it that are not as they should be.
+/// Rules by which files that deviate from their profile assign perceptual roughness to levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
     /// A curve that some consumer has.
@@ -90,9 +90,9 @@ pub enum Slip {
     OneMoreWithoutFirst,
     /// The list of two more levels without the last two.
     TwoMoreWithoutLast,
-    /// Each level holds what the next one should.
+    /// Each level has the kernel of the next one.
     AsNext,
-    /// Each level holds what the one before should.
+    /// Each level has the kernel of the one before.
     AsBefore,
     /// The list of two more levels without first and last.
     TwoMoreWithoutEnds,

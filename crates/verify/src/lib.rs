@@ -1,14 +1,13 @@
-//! What a prefiltered file really holds: levels of any tool's file against the light that they were made
-//! from.
+//! Verification of prefiltered files: levels of any tool's file against the light that they were made from.
 //!
-//! [`check`] takes levels as images over world directions, the kernels that they should hold, and the light;
-//! it gives a [`Report`]. Where a level is off, hypotheses are compared: another orientation, exchanged
-//! channels, another curve or kernel, reduced or clipped light, a factor, an encoding. Each is the exact
-//! filter of that hypothesis at a few hundred texels of every level; free numbers are fitted to one half of
-//! the texels and judged on the other. One is named as the cause only where it explains clearly more than the
-//! others do; else the report says that nothing does, and which come nearest.
+//! [`check`] takes levels as images over world directions, their expected kernels, and the light; it returns
+//! a [`Report`]. Where a level is off, hypotheses are compared: another orientation, exchanged channels,
+//! another curve or kernel, reduced or clipped light, a factor, an encoding. Each is the exact filter of that
+//! hypothesis at a few hundred texels of every level; free numbers are fitted to one half of the texels and
+//! judged on the other. One is named as the cause only where it explains clearly more than all others; else
+//! the report says that none does, and which come nearest.
 //!
-//! What the levels of each engine's files hold is in [`laws`]; how they lie is the crate `engines`'.
+//! The kernels of each engine's levels are in [`laws`], their layout in the crate `engines`.
 
 mod kernel;
 pub mod laws;
@@ -34,11 +33,11 @@ use steradian_light::Lights;
 use steradian_light::load::Profile;
 use steradian_sphere::SphereImage;
 
-/// What is compared.
+/// Inputs of the comparison.
 pub struct Input<'a> {
     /// Level by level, over world directions as the file's profile has them.
     pub levels: &'a [SphereImage],
-    /// What each should hold.
+    /// Expected kernel of each level.
     pub expected: &'a [Kernel],
     /// The curve that `expected` follows, where there is one.
     pub law: laws::Law,

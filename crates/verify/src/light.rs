@@ -14,28 +14,28 @@ use steradian_prefilter::{SmallLight, Tree};
 use steradian_sphere::layout::Position;
 use steradian_sphere::{Layout, SphereImage};
 
-/// What happened to the light before it was filtered.
+/// Alteration of the light before it was filtered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Alteration {
     /// Nothing.
     None,
-    /// It was made this many times smaller, by means over blocks of texels or by single texels of them.
+    /// The image was reduced by this factor, by means over blocks of texels or by single texels of them.
     Reduced {
         /// Texels a side of a block.
         factor: usize,
         /// Means?
         means: bool,
     },
-    /// Radiance ends here, channel by channel.
+    /// Radiance was clipped at this value, channel by channel.
     Clipped(f64),
 }
 
-/// What stands for the light between the centres of texels.
+/// Interpretation of texels between their centres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading {
     /// Each texel's value over its cell.
     Cells,
-    /// Its flux at its centre.
+    /// A texel's flux is at its centre.
     Points,
     /// Interpolation between centres.
     Bilinear,
@@ -55,11 +55,11 @@ impl Reading {
 /// All readings.
 pub const READINGS: [Reading; 3] = [Reading::Cells, Reading::Points, Reading::Bilinear];
 
-/// Rows of a light that is still refined to read it otherwise: the readings of larger ones hardly differ.
+/// Most rows of a light that is refined for other readings: those of larger ones hardly differ.
 const READ_ROWS: usize = 256;
 /// Rows up to which texels are divided.
 const DIVIDED_ROWS: usize = 192;
-/// Rows of the light that hypotheses see at most.
+/// Most rows of the light by which hypotheses are compared.
 const MAX_ROWS: usize = 1024;
 
 impl Alteration {
@@ -94,7 +94,7 @@ fn reduced(image: &SphereImage, factor: usize, means: bool) -> SphereImage {
     out
 }
 
-/// What of each value lies above `low` and below `high`, counted from `low` where it is finite.
+/// The part of each value above `low` and below `high`, less `low` where that is finite.
 fn between(image: &SphereImage, low: f64, high: f64) -> SphereImage {
     let mut out = image.clone();
     let floor = if low.is_finite() { low } else { 0.0 };
@@ -108,13 +108,13 @@ pub struct View<'a> {
     pub levels: &'a [SphereImage],
     pub samples: &'a [Samples],
     pub orientation: Orientation,
-    /// In the world.
+    /// Directions of the samples in the world.
     directions: Vec<Vec<DVec3>>,
-    /// Per level, the angle below which the light need not be known: a part of the widths of kernels.
+    /// Per level, the angle below which the light is not resolved, radians: half the width of the kernel.
     finest: Vec<f64>,
 }
 
-/// The least width of a kernel that is resolved, radians, and the largest one that is asked for.
+/// Bounds of that angle, radians.
 const FINEST: (f64, f64) = (5e-3, 0.06);
 
 impl<'a> View<'a> {
@@ -143,12 +143,12 @@ impl<'a> View<'a> {
 /// A light with the rings around every sample.
 pub struct Prepared {
     rings: Vec<Rings>,
-    /// Per level, what may stand for the light unfiltered.
+    /// Per level, candidates for the unfiltered light.
     mirrors: Vec<Vec<Column>>,
 }
 
 impl Prepared {
-    /// Of altered lights, read as `reading`; unfiltered only for the levels that `plain` says.
+    /// Tables of altered lights, read as `reading`; unfiltered light only for the levels in `plain`.
     pub fn new(
         lights: &Lights,
         reading: Reading,
@@ -190,7 +190,8 @@ impl Prepared {
         Ok((Self { rings, mirrors: Vec::new() }, image, suns))
     }
 
-    /// What a level's samples hold under a kernel; of the light itself what fits the samples best.
+    /// Values of a level's samples under a kernel; for the light itself, of the candidate that fits the
+    /// samples best.
     pub fn column(&self, m: usize, kernel: Kernel, samples: &Samples) -> Column {
         match kernel.zonal() {
             Some(k) => self.rings[m].filtered(k.as_ref()),
@@ -232,7 +233,7 @@ fn divided(image: &SphereImage) -> Option<SphereImage> {
     (n > 1).then_some(out)
 }
 
-/// The image as finer cells that stand for another reading.
+/// The image resampled to finer cells, which represent another reading.
 fn read(image: &SphereImage, reading: Reading) -> Option<SphereImage> {
     let (w, h) = (3 * image.width, 3 * image.height);
     match reading {
@@ -306,7 +307,7 @@ fn supersampled(image: &SphereImage, view: &View<'_>, m: usize) -> Column {
     view.samples[m].texels.iter().map(mean).collect()
 }
 
-/// What suns beside the image add to the samples whose texels they cover.
+/// Contributions of separate suns to the samples whose texels they cover.
 fn sun_shares(suns: &[SmallLight], view: &View<'_>, m: usize) -> Vec<(usize, [f64; 3])> {
     const RINGS: usize = 6;
     let (level, samples) = (&view.levels[m], &view.samples[m]);
@@ -333,13 +334,13 @@ fn sun_shares(suns: &[SmallLight], view: &View<'_>, m: usize) -> Vec<(usize, [f6
 
 /// The light cut into layers of radiance, so that light clipped anywhere is a sum of them.
 pub struct Layers {
-    /// Where layer k ends; it begins where the one before ends.
+    /// Upper end of each layer; it begins where the one before ends.
     edges: Vec<f64>,
     /// Columns of each layer, per level.
     columns: Vec<Vec<Column>>,
 }
 
-/// Layers an octave of radiance, and octaves at most.
+/// Layers per octave of radiance, and most octaves.
 const PER_OCTAVE: f64 = 1.0;
 const LAYERS: usize = 20;
 

@@ -8,10 +8,10 @@ use steradian_light::Lights;
 use steradian_prefilter::{Sampled, Zonal, filter_image, mirror_image};
 use steradian_sphere::SphereImage;
 
-/// Relative RMS error of the filter that files are compared with: half of what a right file may be off by.
+/// Relative RMS error of the filter that files are compared with: half of that allowed to a correct file.
 const EXACT: f64 = 2e-3;
 
-/// How far an image is from another.
+/// Difference between two images.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Error {
     /// RMS(error)/RMS(reference), over solid angle and channels.
@@ -23,7 +23,7 @@ pub struct Error {
 }
 
 impl Error {
-    /// Of `got` against `reference`, whose channels are taken in the order `p` and times `gain`.
+    /// Error of `got` against `reference`, whose channels are taken in the order `p` and times `gain`.
     pub fn between(got: &SphereImage, reference: &SphereImage, p: [usize; 3], gain: [f64; 3]) -> Self {
         let (mut e2, mut r2, mut e1, mut r1, mut worst) = (0.0, 0.0, 0.0, 0.0, 0.0f64);
         let w = got.width;
@@ -75,7 +75,7 @@ pub fn filtered(
     Ok(out)
 }
 
-/// The reference without the negative values that sharp interpolation leaves beside suns, where `image` has
+/// The reference without the negative values that sharp interpolation leaves next to suns, where `image` has
 /// none either.
 fn positive(mut reference: SphereImage, image: &SphereImage) -> SphereImage {
     if image.planes.iter().flatten().all(|v| *v >= 0.0) {
@@ -108,7 +108,7 @@ pub struct Coefficients {
     pub scale: f64,
     /// Relative RMS error as they are.
     pub rms: f64,
-    /// And with the factor.
+    /// Relative RMS error after multiplication by the factor.
     pub fitted_rms: f64,
 }
 

@@ -1,4 +1,4 @@
-//! A hypothesis of how the file was made, and what it costs to believe it.
+//! A hypothesis of how the file was made, and the cost of accepting it.
 
 use crate::kernel::Kernel;
 use crate::laws::Rule;
@@ -7,16 +7,16 @@ use crate::orientation::Orientation;
 use crate::report::{Encoding, Fault};
 use crate::scale::{Scale, Score};
 
-/// Which kernels the levels hold.
+/// Kernels of the levels.
 #[derive(Debug, Clone, PartialEq)]
 pub enum List {
     /// The expected ones.
     Expected,
-    /// Those of another curve.
+    /// Kernels of another curve.
     Curve(Rule),
     /// Fitted ones: `free` numbers.
     Fitted {
-        /// How many widths were fitted.
+        /// Number of widths that were fitted.
         free: usize,
         /// Another family than expected?
         family: bool,
@@ -38,12 +38,12 @@ pub struct Hypothesis {
     pub free: usize,
 }
 
-/// ln of the factor by which one more fault has to lower the residual: 2.
+/// Cost of one more fault, as ln of the factor, 2, by which it must lower the residual.
 const PER_FAULT: f64 = std::f64::consts::LN_2;
-/// The same of one more fitted number.
+/// Cost of each further fitted number.
 const PER_NUMBER: f64 = 0.05;
 
-/// What sets hypotheses apart: two with the same kinds differ in numbers only.
+/// Kinds of deviations in a hypothesis: two hypotheses of the same kinds differ in numbers only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Kinds {
     turned: bool,
@@ -75,7 +75,8 @@ impl Kinds {
 }
 
 impl Hypothesis {
-    /// How much there is to believe and what is left unexplained; residuals below `floor` are alike.
+    /// Cost of a hypothesis: its complexity, and the residual that it leaves; residuals below `floor` count
+    /// as equal.
     pub fn cost(&self, floor: f64) -> f64 {
         let faces = if matches!(self.orientation, Orientation::Faces(_)) { 1.0 } else { 0.0 };
         self.score.residual.hypot(floor).ln()
@@ -83,7 +84,7 @@ impl Hypothesis {
             + PER_NUMBER * self.free as f64
     }
 
-    /// What sets it apart.
+    /// Kinds of its deviations.
     pub fn kinds(&self) -> Kinds {
         Kinds {
             turned: !self.orientation.is_identity(),
@@ -103,7 +104,7 @@ impl Hypothesis {
         }
     }
 
-    /// Its faults, beside levels that should hold `expected`.
+    /// Its faults, compared with the `expected` kernels.
     pub fn faults(&self, expected: &[Kernel], conventions: Vec<&'static str>) -> Vec<Fault> {
         let mut out = Vec::new();
         if !self.orientation.is_identity() {

@@ -1,5 +1,4 @@
-//! Which way round a map is: among the 48 symmetries of the cube, turns about +Y, and faces that changed
-//! places.
+//! Orientation of a map: the 48 symmetries of the cube, rotations about +Y, and exchanged faces.
 
 use glam::{DMat3, DVec3};
 use steradian_parallel::prelude::*;
@@ -8,15 +7,15 @@ use steradian_sphere::{Layout, SphereImage};
 
 /// Texels a side of the cubes that are compared.
 pub const SIDE: usize = 16;
-/// A map is said to be turned only where that explains this part of what is left.
+/// A map is reported as rotated only where that reduces the residual to this part.
 const BETTER: f64 = 0.6;
-/// Residuals below this tell nothing.
+/// Residuals below this are noise.
 const NOISE: f64 = 2e-4;
 
 /// The faces in order.
 pub const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
 
-/// What happened to the directions of a map: the light of world direction d is found at …
+/// Transformation of a map's directions: the light of world direction d is found at …
 #[derive(Debug, Clone, PartialEq)]
 pub enum Orientation {
     /// g d for an orthogonal g; a symmetry of the cube or a turn about +Y, perhaps mirrored.
@@ -47,7 +46,7 @@ pub fn symmetries() -> Vec<DMat3> {
         DMat3::from_cols(col(0), col(1), col(2))
     };
     let mut all: Vec<DMat3> = orders.iter().flat_map(|o| (0..8).map(|s| signed(*o, s))).collect();
-    // Identity first, then what moves least: ties go to the simpler one.
+    // Identity first, then the smallest changes: of equally good ones the simpler is chosen.
     all.sort_by(|a, b| simplicity(*b).total_cmp(&simplicity(*a)));
     all
 }
@@ -135,9 +134,10 @@ pub fn residual(orientation: &Orientation, file: &SphereImage, world: &SphereIma
     if scale > 0.0 { 1.0 - f.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>() / scale } else { 0.0 }
 }
 
-/// Correlation of the details of a map with the world's, under the symmetry of the cube or the turn that
-/// suits it best; `None` where the world has no detail. What any light has, brighter above than below, is not
-/// detail: what bands 0 to 2 of a surface's shading can follow is taken out.
+/// Correlation of the details of a map with the world's, under the symmetry of the cube or the rotation that
+/// fits best; `None` where the world has no detail. Features common to all lights, such as a bright sky above
+/// a darker ground, are not detail: the part within bands 0 to 2, which shading of surfaces can follow, is
+/// removed.
 pub fn detail(file: &SphereImage, world: &SphereImage) -> Option<f64> {
     let side = SIDE.min(world.height).max(1);
     let directions = directions(side);
@@ -181,7 +181,7 @@ fn smooth_basis(directions: &[DVec3]) -> Vec<Vec<f64>> {
     out
 }
 
-/// What is left of `v` beside the span of an orthonormal basis.
+/// The part of `v` orthogonal to the span of an orthonormal basis.
 fn without(v: &[f64], basis: &[Vec<f64>]) -> Vec<f64> {
     let mut out = v.to_vec();
     for b in basis {
@@ -230,7 +230,7 @@ fn by_faces(f: &[f64], w: &[f64], n: usize, scale: f64) -> ([(usize, usize); 6],
             found = (std::array::from_fn(|file| (p[file], best[file][p[file]].0)), sum);
         }
     });
-    // A face without features fits any way round: it goes the way of the others.
+    // A face without features fits any orientation: it gets that of the remaining faces.
     let every = |q: usize| -> f64 {
         let texel = |k: usize| {
             let (i, j) = square(q, k % n, k / n % n, n);
@@ -374,7 +374,7 @@ impl Orientation {
     }
 }
 
-/// What a face's eight turns are called.
+/// Names of a face's eight orientations.
 pub const TURNS: [&str; 8] = [
     "no",
     "mirrored left to right",

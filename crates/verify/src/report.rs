@@ -1,4 +1,4 @@
-//! What was found, as data.
+//! Results of a verification, as data.
 
 use crate::kernel::Kernel;
 use crate::laws::Rule;
@@ -11,13 +11,14 @@ use steradian_sphere::Layout;
 /// One thing that is wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fault {
-    /// Every level is turned; names of conventions of the light that it comes of.
+    /// Every level is turned; with the names of the conventions that would undo the turn if the light were
+    /// read by them.
     Turned(Orientation, Vec<&'static str>),
     /// Channel c of the file holds channel `.0[c]` of the light.
     Channels([usize; 3]),
     /// The levels follow another curve.
     Curve(Rule),
-    /// Levels hold other kernels: level and what it holds.
+    /// Levels with other kernels than expected: level and kernel found.
     Kernels(Vec<(usize, Kernel)>),
     /// The light was altered before it was filtered.
     Light(Alteration),
@@ -27,7 +28,7 @@ pub enum Fault {
     Encoded(Encoding),
     /// Texels that are no numbers, or black where light should be.
     Damaged {
-        /// Which level.
+        /// Index of the level.
         level: usize,
         /// Not a number, or infinite.
         invalid: usize,
@@ -36,11 +37,11 @@ pub enum Fault {
     },
     /// Texels at the format's largest value.
     Limited {
-        /// Which level.
+        /// Index of the level.
         level: usize,
         /// The value.
         limit: f32,
-        /// How many.
+        /// Number of texels.
         texels: usize,
     },
     /// The texels along the faces' borders are off by this.
@@ -53,7 +54,7 @@ pub enum Fault {
     OtherLight,
     /// Off by this, and nothing explains it clearly.
     Unexplained(f64, Vec<Nearest>),
-    /// Beside what has a name, this remains.
+    /// Residual that the named faults do not explain.
     Remains(f64),
 }
 
@@ -62,11 +63,11 @@ pub enum Fault {
 pub struct Nearest {
     /// Its faults.
     pub faults: Vec<Fault>,
-    /// What it leaves, relative RMS.
+    /// Residual under these faults, relative RMS.
     pub residual: f64,
 }
 
-/// How values were changed by a transfer function.
+/// Transfer function by which values were changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
     /// Not at all.
@@ -86,32 +87,32 @@ pub struct Level {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// What it should hold.
+    /// Expected kernel.
     pub expected: Kernel,
-    /// What it holds.
+    /// Kernel found.
     pub found: Kernel,
     /// Factors per channel.
     pub scale: [f64; 3],
     /// Relative residual of the samples, as expected and as found.
     pub expected_residual: f64,
-    /// As found.
+    /// Residual under the kernel found.
     pub residual: f64,
-    /// Against what is expected.
+    /// Error against the expected kernel.
     pub error: Error,
-    /// Against what was found.
+    /// Error against the kernel found.
     pub error_as_found: Error,
 }
 
-/// What a file holds.
+/// Results for a file.
 #[derive(Debug, Clone)]
 pub struct Report {
     /// Level by level.
     pub levels: Vec<Level>,
-    /// How all are turned.
+    /// Orientation of all levels.
     pub orientation: Orientation,
-    /// What is wrong; empty where all is as expected.
+    /// Faults; empty where all is as expected.
     pub faults: Vec<Fault>,
-    /// How the light's texels were read, where that is clear.
+    /// Interpretation of the light's texels, where it could be determined.
     pub reading: Option<Reading>,
 }
 
@@ -121,7 +122,7 @@ impl Report {
         self.faults.is_empty()
     }
 
-    /// The largest relative RMS error of a level against what is expected.
+    /// The largest relative RMS error of a level against the expected kernel.
     pub fn worst(&self) -> f64 {
         self.levels.iter().map(|l| l.error.rms).fold(0.0, f64::max)
     }

@@ -1,4 +1,5 @@
-//! The light around a direction, ring by ring: what any radially symmetric kernel needs of it.
+//! The light around a direction, ring by ring, from which it can be filtered with any radially symmetric
+//! kernel.
 //!
 //! A ring table holds, for nodes θ_b in equal steps of ln θ (of θ far out), the flux that linear
 //! interpolation between the nodes gives them. A filtered value is then Σ_b K(θ_b) flux_b, whatever the
@@ -11,20 +12,21 @@ use std::sync::OnceLock;
 use steradian_parallel::prelude::*;
 use steradian_prefilter::{SmallLight, Tree, Zonal};
 
-/// The first node, radians; what is nearer counts there.
+/// The first node, radians; light closer to the axis counts there.
 const FIRST: f64 = 5e-4;
 /// Steps of ln θ. The error of a kernel that falls like θ⁻⁴ is step² · 20/12.
 const STEP: f64 = 0.03;
 /// Beyond this angle the steps are those of θ, radians: sheen is a narrow ring near the horizon.
 const FAR: f64 = 0.4;
 const FAR_STEP: f64 = 0.012;
-/// Parts of the light are this small beside their distance, and at most as for this angle.
+/// Scale by which [`Tree::integrate`] divides the light, the angle over which a kernel is taken to vary: this
+/// many times the distance from the axis, and at most [`COARSEST`] radians.
 const FINENESS: f64 = 0.8;
 const COARSEST: f64 = 0.8;
-/// Points that stand for a small light's disk.
+/// Number of points that sample a small light's disk.
 const POINTS: usize = 16;
 
-/// The nodes and what even light gives them.
+/// The nodes, and the flux that even light gives them.
 struct Nodes {
     angles: Vec<f64>,
     even: Vec<f64>,
@@ -60,7 +62,7 @@ fn near() -> usize {
     ((FAR / FIRST).ln() / STEP).ceil() as usize
 }
 
-/// Where an angle lies among the nodes; negative before the first.
+/// Position of an angle among the nodes, fractional; negative before the first.
 fn place(theta: f64) -> f64 {
     if theta < FAR {
         let near = near() as f64;
@@ -80,17 +82,17 @@ fn put(angles: &[f64], x: f64, mut add: impl FnMut(usize, f64)) {
     add(b + 1, t);
 }
 
-/// [`place`] of many angles, given s² = sin²(θ/2): linear in parts of octaves, which errs by less than 5e-3
-/// of a step.
+/// [`place`] of many angles, given s² = sin²(θ/2): linear in parts of octaves, with an error below 5e-3 of a
+/// step.
 struct Places(Vec<f64>);
 
 impl Places {
-    /// Parts of an octave: 2 to this power.
+    /// Binary logarithm of the number of parts of an octave.
     const POWER: u32 = 6;
     const SHIFT: u32 = f64::MANTISSA_DIGITS - 1 - Self::POWER;
-    /// Where the table begins: before the first node.
+    /// Lower end of the table, below the first node.
     const LEAST: f64 = 1.0 / (1_u64 << 27) as f64;
-    /// Where it ends: θ runs away from s² at the antipode.
+    /// Upper end of the table: towards the antipode θ is too steep a function of s².
     const MOST: f64 = 0.75;
 
     fn table() -> &'static Self {
@@ -203,8 +205,8 @@ mod tests {
         let rings = Rings::new(&tree, &[], &directions, 5e-3);
         // Every texel in 8 x 8 parts.
         let fine = SphereImage::from_fn(Layout::LatLong, 1024, 512, |d| image.nearest(d));
-        // Sheen sharper than this has a rim narrower than parts of the light far out: 15 % at alpha 0.02,
-        // where a fault may stay without a name (what is right is not judged by rings).
+        // Sheen sharper than this has a rim narrower than the parts of the light far out: the error is 15 %
+        // at alpha 0.02, where a fault may stay unnamed (correct files are not judged by rings).
         let cases = [
             (Lobe::ggx(0.05), 1e-2),
             (Lobe::ggx(0.2), 1e-2),

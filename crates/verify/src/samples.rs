@@ -5,20 +5,20 @@ use std::collections::BTreeSet;
 use steradian_prefilter::probe;
 use steradian_sphere::SphereImage;
 
-/// Texels of a level that are looked at.
+/// Texels of a level by which hypotheses are compared.
 #[derive(Default, Clone)]
 pub struct Samples {
     /// Face, column, row.
     pub texels: Vec<(usize, usize, usize)>,
-    /// In the file.
+    /// Directions of the texels in the file.
     pub directions: Vec<DVec3>,
     pub values: Vec<[f64; 3]>,
-    /// Of relative errors, with a floor below which darkness counts less; 0 where the level is clipped or
-    /// damaged.
+    /// Weights that make errors relative, with a floor below which dark samples count less; 0 where the level
+    /// is clipped or damaged.
     pub weights: Vec<f64>,
 }
 
-/// Texels spread over the map, and steps outwards from its brightest points.
+/// Number of texels spread over the map, and of steps outwards from its brightest points.
 const SPREAD: usize = 72;
 const STEPS: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0];
 
@@ -59,7 +59,7 @@ impl Samples {
         samples
     }
 
-    /// The same texels with other values, such as decoded ones.
+    /// The texels with other values, for example decoded ones.
     pub fn mapped(&self, limit: f64, f: impl Fn(f64) -> f64) -> Self {
         let mut out = Self { values: self.values.iter().map(|v| v.map(&f)).collect(), ..self.clone() };
         out.weigh(f(limit));

@@ -3,7 +3,7 @@
 use crate::samples::Samples;
 use steradian_brdf::dfg;
 
-/// Which factors are between the light and the file.
+/// Factors between the light and the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scale {
     /// None.
@@ -23,12 +23,13 @@ pub const FORMS: [fn(usize) -> (Form, usize); 5] = [
     |_| (Form::One, 0),
     |_| (Form::Gain, 1),
     |_| (Form::Colour, 3),
-    // Grey more often than not; where it is a reflectance it is no less likely than factors without a rule.
+    // Counted as two free numbers, not three: F0 is grey more often than not, and where it is not, this form
+    // is no less likely than factors without a rule.
     |_| (Form::Reflectance, 2),
     |n| (Form::PerLevel, n),
 ];
 
-/// Which of [`Scale`].
+/// Kind of a [`Scale`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     One,
@@ -50,7 +51,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of the two halves of a level's samples.
+    /// Sums over the two halves of a level's samples.
     pub fn halves(s: &Samples, x: &Column) -> [Self; 2] {
         let mut both = [Self::default(); 2];
         for (k, ((v, w), x)) in s.values.iter().zip(&s.weights).zip(x).enumerate() {
@@ -165,10 +166,10 @@ pub fn lobe(roughness: Option<f64>) -> Option<[f64; 2]> {
     Some([d.scale, d.bias])
 }
 
-/// How well a hypothesis explains.
+/// Quality of a hypothesis.
 #[derive(Debug, Clone)]
 pub struct Score {
-    /// Relative residual of each level, each half judged with the numbers of the other.
+    /// Relative residual of each level, each half judged with the numbers fitted to the other half.
     pub levels: Vec<f64>,
     /// RMS over the levels.
     pub residual: f64,
@@ -198,7 +199,7 @@ impl Score {
         Some(Self { levels: squares.into_iter().map(f64::sqrt).collect(), residual, factors })
     }
 
-    /// What the factors mean.
+    /// Interpretation of the factors.
     pub fn scale(&self, form: Form, lobes: &[Option<[f64; 2]>]) -> Scale {
         let first = self.factors.first().copied().unwrap_or([1.0; 3]);
         match form {

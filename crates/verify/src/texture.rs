@@ -1,4 +1,4 @@
-//! What an error looks like: damaged texels, clipped ones, seams, noise, coarse steps.
+//! Appearance of an error: damaged texels, clipped ones, seams, noise, coarse steps.
 
 use crate::measure::weighted;
 use crate::report::{Encoding, Fault};
@@ -9,21 +9,20 @@ use steradian_sphere::{Layout, SphereImage};
 /// Largest values of formats: halves, RGB9E5, R11G11B10, RGBD, 8 bits.
 const LIMITS: [f32; 6] = [65504.0, 65408.0, 65024.0, 64512.0, 255.0, 1.0];
 
-/// The value that a format's limit gave many texels, and how many.
+/// A format's largest value, where many texels have it, and the number of these texels.
 pub fn limited(image: &SphereImage) -> Option<(f32, usize)> {
     let finite = || image.planes.iter().flatten().filter(|v| v.is_finite());
     let most = finite().fold(0.0f32, |m, v| v.max(m));
     let limit = LIMITS.into_iter().find(|l| (most / l - 1.0).abs() < 1e-6)?;
     let at = |k: usize| image.planes.iter().any(|p| (p[k] / limit - 1.0).abs() < 1e-6);
     let texels = (0..image.planes[0].len()).filter(|k| at(*k)).count();
-    // The limit is the largest value, and not of a single texel that happens to hold it; even light of 1 is
-    // none.
+    // A few texels may hold a small limit by chance, and so may light of a constant 1: neither counts.
     let few = if limit > 255.0 { 0 } else { 3 };
     let even = finite().all(|v| *v > 0.98 * limit);
     (texels > few && !even).then_some((limit, texels))
 }
 
-/// Which texels are numbers and not black beside light, with the fault that the others are.
+/// Flags of the texels that are finite and not black next to light, with the fault of the remaining ones.
 pub fn sound(level: usize, image: &SphereImage, reference: &SphereImage) -> (Vec<bool>, Option<Fault>) {
     let sum = |i: &SphereImage, k: usize| i.planes.iter().map(|p| f64::from(p[k])).sum::<f64>();
     let n = image.planes[0].len();
@@ -118,7 +117,7 @@ pub fn encode(v: f64) -> f64 {
     linear_to_srgb(v as f32).into()
 }
 
-/// And back.
+/// The inverse of the encoding.
 pub fn decode(v: f64) -> f64 {
     srgb_to_linear(v as f32).into()
 }

@@ -24,7 +24,7 @@ const NAMES: [&str; 6] = [
     "st_fagans_interior_1k.hdr",
 ];
 
-/// Every pair is recognised, and no file of altered light is taken for another's.
+/// Every pair is recognised as different, and no file of an altered light is taken for another's.
 #[test]
 fn files_of_other_lights_are_recognised() {
     let path = |n: &&str| steradian_testkit::data(&format!("environments/latlong/{n}"));

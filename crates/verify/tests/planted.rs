@@ -60,7 +60,7 @@ fn plant(
     Plant { name: name.into(), levels, named: Box::new(named) }
 }
 
-/// Is there exactly one fault, beside what remains, and does it fit?
+/// Is there exactly one fault, apart from [`Fault::Remains`], and does it fit?
 fn one(faults: &[Fault], fits: impl Fn(&Fault) -> bool) -> bool {
     let rest: Vec<&Fault> = faults.iter().filter(|f| !matches!(f, Fault::Remains(_))).collect();
     rest.len() == 1 && fits(rest[0])
@@ -126,7 +126,7 @@ fn of_kernels(light: &SphereImage) -> Vec<Plant> {
         out.push(plant(name, levels, move |f| {
             one(f, |f| match f {
                 Fault::Curve(found) => rule == Some(*found),
-                // What the levels hold is true too.
+                // The kernels reported are correct too.
                 Fault::Kernels(found) => found.iter().all(|(m, k)| {
                     let (r, want) = (k.roughness().unwrap_or(9.0), kernels[*m].roughness().unwrap_or(9.0));
                     matches!(k.family, Family::Ggx | Family::None) && (r - want).abs() < 0.02 + 0.04 * want
@@ -404,7 +404,7 @@ fn reference(
 fn no_false_cause_is_named_under_a_sky() {
     let (right, all, wrong) = reference(("sky", 0), &bake::sky(), &bake::studio());
     assert!(wrong.is_empty(), "{wrong:#?}");
-    // Lambert and GGX of roughness 1 are one kernel, for example: what looks alike has no name.
+    // Lambert and GGX of roughness 1 are one kernel, for example: indistinguishable causes are not named.
     assert!(7 * right >= 6 * all, "{right} of {all}");
 }
 
@@ -412,7 +412,7 @@ fn no_false_cause_is_named_under_a_sky() {
 fn no_false_cause_is_named_in_a_studio() {
     let (right, all, wrong) = reference(("studio", 1), &bake::studio(), &bake::photograph());
     assert!(wrong.is_empty(), "{wrong:#?}");
-    // Lambert and GGX of roughness 1 are one kernel, for example: what looks alike has no name.
+    // Lambert and GGX of roughness 1 are one kernel, for example: indistinguishable causes are not named.
     assert!(7 * right >= 6 * all, "{right} of {all}");
 }
 
@@ -420,6 +420,6 @@ fn no_false_cause_is_named_in_a_studio() {
 fn no_false_cause_is_named_of_a_photograph() {
     let (right, all, wrong) = reference(("photograph", 2), &bake::photograph(), &bake::sky());
     assert!(wrong.is_empty(), "{wrong:#?}");
-    // Lambert and GGX of roughness 1 are one kernel, for example: what looks alike has no name.
+    // Lambert and GGX of roughness 1 are one kernel, for example: indistinguishable causes are not named.
     assert!(7 * right >= 6 * all, "{right} of {all}");
 }

@@ -5,14 +5,14 @@ use super::rule::{Node, POINTS};
 use super::theta::Polar;
 use steradian_simd::{Arch, Kernel, Vector, run};
 
-/// Orders q side by side: as many as the widest register has lanes.
+/// Number of orders q that are summed in lanes: as many as the widest register has.
 const SIDE: usize = 8;
-/// Circles at a time: their recursions hide each other's latency.
+/// Number of circles at a time, whose recursions hide each other's latency.
 const CIRCLES: usize = 5;
 
 /// One number for each of the orders side by side.
 type Lanes = [f64; SIDE];
-/// By channel.
+/// Lanes of each channel.
 pub(super) type Rgb = [Lanes; 3];
 
 /// Eight q and their recursion f_l = a cos θ f_{l−1} − b f_{l−2}, for l from the lowest q on; a = b = 0 up to
@@ -31,7 +31,7 @@ pub(super) struct Bands {
     blocks: Vec<Block>,
     /// Block after block, from its first q on to l = F: the 15-point rule.
     pub sum: Vec<Rgb>,
-    /// The same less the 7-point rule.
+    /// The sum minus that of the 7-point rule, as an error estimate.
     difference: Vec<Rgb>,
 }
 

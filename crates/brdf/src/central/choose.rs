@@ -1,4 +1,4 @@
-//! Which centre suits a reflectance, by measurement.
+//! Choice of the centre for a reflectance, by measurement.
 
 use super::{CentralError, Centre, Lpq, Slice};
 use crate::albedo::integral;
@@ -10,7 +10,7 @@ use steradian_base::Task;
 
 /// Directions tried.
 const TRIALS: u64 = 64;
-/// f_cos may change by this, relative to the larger value, and still count as unchanged.
+/// Relative change of f_cos, to the larger value, up to which it counts as unchanged.
 const SAME: f64 = 1e-9;
 /// Orders at which centres are compared.
 const ORDERS: (usize, usize) = (24, 2);
@@ -37,8 +37,8 @@ pub(super) fn has_two_sides(brdf: &dyn Brdf) -> bool {
     })
 }
 
-/// Does f_cos stay as wi and wo turn about t, each on its own? wo stays above the horizon, where viewers are;
-/// wi goes everywhere, so that a model with a horizon fails.
+/// Is f_cos unchanged as wi and wo are rotated about t, independently? wo stays above the horizon, where
+/// viewers are; wi goes everywhere, so that a model with a horizon fails.
 fn depends_on_tangent_only(brdf: &dyn Brdf) -> bool {
     let turned = |w: DVec3, angle: f64| {
         let r = w.y.hypot(w.z);
@@ -68,8 +68,8 @@ fn pairs() -> impl Iterator<Item = (DVec3, DVec3)> {
     })
 }
 
-/// The slice at `theta_v` whose centre is the direction of ∫ f_cos² wi dwi, the lobe's own middle: at grazing
-/// views lobes peak beside the mirror direction, and fewer orders in q hold them about their middle.
+/// The slice at `theta_v` whose centre is the middle of the lobe, the direction of ∫ f_cos² wi dwi: at
+/// grazing views lobes peak off the mirror direction, and need fewer orders in q about their middle.
 pub(super) fn leaning(brdf: &dyn Brdf, theta_v: f64) -> Result<Slice, CentralError> {
     check(brdf, Centre::Reflection)?;
     let mirror = Slice::reflection(theta_v);
@@ -84,8 +84,8 @@ pub(super) fn leaning(brdf: &dyn Brdf, theta_v: f64) -> Result<Slice, CentralErr
     Ok(Slice { theta_v, gamma: gamma.clamp(-theta_v, FRAC_PI_2) })
 }
 
-/// The centre about which low orders hold most of the energy: the tangent for what depends on it alone, else
-/// the mirror direction or the normal, whichever holds more of the energy at F = 24, P = 2.
+/// The centre about which low orders hold most of the energy: the tangent for reflectance that depends on it
+/// alone, else the mirror direction or the normal, whichever holds more of the energy at F = 24, P = 2.
 pub fn best_centre(brdf: &dyn Brdf, task: &Task) -> Result<Centre, CentralError> {
     if !brdf.is_isotropic() {
         let tangent = check(brdf, Centre::Tangent).map(|()| Centre::Tangent);

@@ -22,7 +22,7 @@ pub enum CentralError {
     /// An order beyond [`super::MAX_ORDER`].
     #[error("order {order} is beyond {}: ask for less", super::MAX_ORDER)]
     Order {
-        /// What was asked for.
+        /// Order of the request.
         order: usize,
     },
     /// A view elevation or a lean that cannot be.
@@ -32,15 +32,15 @@ pub enum CentralError {
         theta_v: f64,
         /// Angle of the centre from the normal, radians.
         gamma: f64,
-        /// What is wrong with it.
+        /// The fault.
         what: &'static str,
     },
-    /// Too few slices for what is fitted.
+    /// Too few slices for the fit.
     #[error("{slices} slices do not determine {terms} terms in elevation: give more slices")]
     TooFew {
         /// Slices given.
         slices: usize,
-        /// Terms asked for.
+        /// Terms of the fit.
         terms: usize,
     },
     /// f_cos is infinite or not a number somewhere.

@@ -44,8 +44,8 @@ impl Lpq {
     /// The weighted least-squares fit of k_lq(θ_o) by f_pq(θ), p = q … `p`, for each (l, q), θ the angle
     /// between C and `of`: minimises 2π ∫ w(θ_o) |k − Σ_p ρ̂ f_pq|² sin θ_o dθ_o by the trapezoidal rule over
     /// the slices, which must be seen about their own centre. With w = 1, of the view, and dense slices it
-    /// tends to [`Lpq::project`] (about the normal it is better: no even continuation is asked for). `scaled`
-    /// divides f_cos by its albedo first; [`Lpq::scale`] gives it back.
+    /// tends to [`Lpq::project`] (about the normal it is better, since it needs no even continuation).
+    /// `scaled` divides f_cos by its albedo first; [`Lpq::scale`] gives it back.
     pub fn fit(
         slices: &Slices,
         of: Argument,

@@ -1,4 +1,4 @@
-//! Where a centre lies, and which part of the sphere about it is above the horizon.
+//! Position of a centre, and the part of the sphere about it that is above the horizon.
 
 use super::CentralError;
 use crate::Brdf;
@@ -12,7 +12,8 @@ pub enum Centre {
     Reflection,
     /// The normal: θ_o is the angle between n and wo.
     Normal,
-    /// The tangent, for what depends on t·wi and t·wo only: θ_o is the angle between t and wo, and q = 0.
+    /// The tangent, for reflectance that depends on t·wi and t·wo only: θ_o is the angle between t and wo,
+    /// and q = 0.
     Tangent,
 }
 
@@ -35,8 +36,8 @@ impl Centre {
 /// The direction that the harmonics y_pq of an expansion are functions of, seen about C; its azimuth is φ_o.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Argument {
-    /// The view, at θ_o from C, as published (5.10). Views near −C see surfaces of every normal perpendicular
-    /// to them: there y_pq are the same for all of these, or vanish.
+    /// The view, at θ_o from C, as published (5.10). A view at −C sees surfaces of every normal perpendicular
+    /// to it, and there y_pq have one value for all of these, or vanish.
     View,
     /// The normal, at γ from C: about the mirror direction at θ_o/2, half way to the view. Grazing views are
     /// then at the equator about C, where y_pq tell their azimuths apart. About the normal and the tangent γ
@@ -55,29 +56,29 @@ pub struct Slice {
     pub gamma: f64,
 }
 
-/// Views nearer than this to the horizon (0.06°), and their mirror directions, count as this far above it:
+/// Views nearer than this to the horizon (0.06°) are moved up to it, and so are their mirror directions:
 /// lobes degenerate at the horizon itself.
 const GRAZING: f64 = 1e-3;
 
 impl Slice {
-    /// About the mirror direction.
+    /// The slice about the mirror direction.
     pub fn reflection(theta_v: f64) -> Self {
         Self { theta_v, gamma: theta_v }
     }
 
-    /// About the normal.
+    /// The slice about the normal.
     pub fn normal(theta_v: f64) -> Self {
         Self { theta_v, gamma: 0.0 }
     }
 
-    /// About the tangent, wo at `theta_o` from it, and above the horizon.
+    /// The slice about the tangent, wo at `theta_o` from it, and above the horizon.
     pub fn tangent(theta_o: f64) -> Self {
         let theta_v = (theta_o - FRAC_PI_2).clamp(GRAZING - FRAC_PI_2, FRAC_PI_2 - GRAZING);
         Self { theta_v, gamma: FRAC_PI_2 }
     }
 
-    /// About the middle of the lobe at `theta_v`, the direction of ∫ f_cos² wi dwi: beside the mirror
-    /// direction at grazing views, and holding the lobe with fewer orders in q there.
+    /// The slice about the middle of the lobe at `theta_v`, the direction of ∫ f_cos² wi dwi: off the mirror
+    /// direction at grazing views, where the lobe needs fewer orders in q about it.
     pub fn leaning(brdf: &dyn Brdf, theta_v: f64) -> Result<Self, CentralError> {
         super::choose::leaning(brdf, theta_v)
     }
@@ -87,7 +88,7 @@ impl Slice {
         self.theta_v + self.gamma
     }
 
-    /// The angle from C of what harmonics are functions of, radians.
+    /// Angle from C of the argument of the harmonics, radians.
     pub fn polar(&self, of: Argument) -> f64 {
         match of {
             Argument::View => self.theta_o(),
@@ -165,7 +166,7 @@ pub(super) enum Zone {
     },
 }
 
-/// An elevation, the azimuths to integrate (0 … π stands for both sides), and dθ/ds.
+/// An elevation, the azimuths to integrate over (0 … π represents both sides), and dθ/ds.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Elevation {
     pub theta: f64,

@@ -9,7 +9,7 @@ use crate::adaptive::graded;
 use crate::{Brdf, Domain};
 use steradian_base::{Cancelled, Task};
 
-/// What [`slice`] is held to.
+/// Orders and accuracy that [`slice`] must reach.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Request {
     pub f: usize,
@@ -47,8 +47,8 @@ struct Panel {
     thetas: [f64; POINTS],
 }
 
-/// The coefficients of one slice. Tabulated data asks for thousands of circles of thousands of evaluations:
-/// the task is asked between panels.
+/// The coefficients of one slice. Tabulated data needs thousands of circles of thousands of evaluations, so
+/// cancellation is checked between panels.
 pub(super) fn slice(
     brdf: &dyn Brdf,
     slice: &Slice,
@@ -71,7 +71,7 @@ pub(super) fn slice(
     refine(panels, &mut rings, request, polar, task)
 }
 
-/// Where lobes and the horizon ask for short panels: (parameter, width).
+/// Places at which lobes and the horizon need short panels: (parameter, width).
 fn centres(rings: &Rings, zone: Zone, slice: &Slice) -> Vec<(f64, f64)> {
     let scale = if let Zone::Band { gamma, .. } = zone { gamma } else { 1.0 };
     let mut at: Vec<(f64, f64)> =

@@ -1,4 +1,4 @@
-//! ρ̂_lpq and what follows from it: energies, orders, rows.
+//! ρ̂_lpq and quantities that follow from it: energies, orders, rows.
 
 use super::geometry::{Argument, Centre};
 use super::theta::Polar;
@@ -9,9 +9,9 @@ use super::{CentralError, Scale};
 /// ([`Argument`]).
 #[derive(Debug, Clone)]
 pub struct Lpq {
-    /// Whose directions the angles are measured from.
+    /// The central direction, from which polar angles are measured.
     pub centre: Centre,
-    /// What y_pq are functions of.
+    /// The argument of y_pq.
     pub of: Argument,
     /// F: the highest l.
     pub f: usize,
@@ -19,10 +19,10 @@ pub struct Lpq {
     pub p: usize,
     /// `[p][q ≤ p][channel][l]`; see [`Lpq::row`].
     pub(super) rho: Vec<f64>,
-    /// What all coefficients together would hold: the right side of 5.18 (with the fit's weight, where it is
-    /// a fit).
+    /// Total energy, of which infinitely many coefficients would hold all: the right side of 5.18 (with the
+    /// fit's weight, where it is a fit).
     pub energy: [f64; 3],
-    /// What multiplies the series, by elevation.
+    /// Factor of the series, by elevation.
     pub scale: Option<Scale>,
     /// The inner products of f_pq under the fit's weight, `[q][p − q][p' − q]`; `None` for the plain
     /// projection, under which f_pq are orthonormal.
@@ -95,8 +95,8 @@ impl Lpq {
         (0..=self.f).find(|&f| self.share(f, p) >= enough).map(|f| (f, p))
     }
 
-    /// The same coefficients up to lower orders. (A fit is not made anew: fit again for the best at a lower
-    /// P.)
+    /// The coefficients up to lower orders. (A fit is only truncated; fitting again gives a better one at the
+    /// lower P.)
     pub fn truncated(&self, f: usize, p: usize) -> Self {
         let (f, p) = (f.min(self.f), p.min(self.p));
         let mut rho = Vec::with_capacity(Self::rows(p) * 3 * (f + 1));
@@ -113,8 +113,8 @@ impl Lpq {
         Self { f, p, rho, gram: self.gram.as_ref().map(cut), scale: self.scale.clone(), ..*self }
     }
 
-    /// k_lq at elevation `theta_o` as the series has it (times the scale), `[q][channel][l]`, q up to
-    /// [`Lpq::azimuth`]: what [`super::Slices`] holds exactly.
+    /// k_lq at elevation `theta_o` by the series (times the scale), `[q][channel][l]`, q up to
+    /// [`Lpq::azimuth`]; [`super::Slices`] has the exact values.
     pub fn slice(&self, theta_o: f64) -> Vec<[Vec<f64>; 3]> {
         let polar = Polar::new(self.p, self.azimuth()).rows(self.centre.slice(theta_o).polar(self.of));
         let scale = self.scale.as_ref().map_or([1.0; 3], |s| s.value(theta_o));

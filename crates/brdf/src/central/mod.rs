@@ -15,12 +15,12 @@
 //!
 //! θ_o runs over 0 … π: about the mirror direction it is twice the angle between n and wo; about the tangent
 //! it is the angle between t and wo; about the normal, where a viewer exists for θ_o < π/2 only, f_cos is
-//! continued evenly, f_cos(π − θ_o) = f_cos(θ_o), so that what does not depend on the viewer needs p = 0
-//! only.
+//! continued evenly, f_cos(π − θ_o) = f_cos(θ_o), so that reflectance that does not depend on the viewer
+//! needs p = 0 only.
 //!
-//! **What is refused**: anisotropic reflectance has a fourth dimension that these expansions do not hold.
-//! Only what depends on t·wi and t·wo alone (Kajiya–Kay, Banks's map) goes through, about the tangent and
-//! with q = 0.
+//! **Refused**: anisotropic reflectance, which has a fourth dimension that these expansions do not represent.
+//! Only reflectance that depends on t·wi and t·wo alone (Kajiya–Kay, Banks's map) is accepted, about the
+//! tangent and with q = 0.
 
 mod bands;
 mod choose;

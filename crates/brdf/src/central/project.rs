@@ -11,11 +11,11 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::Task;
 
-/// Accuracy aimed at in θ_o, relative to f_cos; what is reached is usually far better than the estimate.
+/// Target accuracy in θ_o, relative to f_cos; the accuracy reached is usually far better than the estimate.
 const TOLERANCE: f64 = 3e-5;
-/// The same as a share of the task's tolerance, where it has one that allows more.
+/// Target accuracy as a share of the task's tolerance, used where that is less strict.
 const SHARE: f64 = 0.01;
-/// Accuracy aimed at in each slice; what is reached is 1e-6 and better.
+/// Target accuracy of each slice; the accuracy reached is 1e-6 and better.
 const SLICE_TOLERANCE: f64 = 1e-4;
 /// Panels in θ_o at most.
 const PANELS: usize = 12;
@@ -24,9 +24,9 @@ const PHASE: f64 = 9.0;
 
 impl Lpq {
     /// The plain projection of RH02 5.22, up to orders `f` and `p`; the total energy by the same quadrature.
-    /// Its estimated error is brought below 3e-5 of f_cos, or a hundredth of the task's tolerance if that is
-    /// more, where at most 12 panels in θ_o can (models with kinks in elevation end there); [`Lpq::accuracy`]
-    /// says what it is.
+    /// Panels in θ_o, at most 12, are added until the estimated error is below 3e-5 of f_cos, or below a
+    /// hundredth of the task's tolerance if that is more (models with kinks in elevation reach the limit of
+    /// panels first); [`Lpq::accuracy`] is the estimate.
     pub fn project(
         brdf: &dyn Brdf,
         centre: Centre,

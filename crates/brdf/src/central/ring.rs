@@ -11,7 +11,7 @@ use steradian_simd::run;
 
 /// Panels of a circle at most.
 const PANELS: usize = 96;
-/// Circles fainter than this, relative to the loudest so far, are held to its accuracy instead of their own.
+/// Circles fainter than this, relative to the brightest so far, need only the absolute accuracy of that one.
 const FAINT: f64 = 1e-3;
 /// Orders in q whose convergence is watched.
 const WATCHED: usize = 16;
@@ -48,7 +48,7 @@ pub(super) struct Rings<'a> {
     pub floor: f64,
     /// Σ f_cos cos qφ over a panel, with room for whole registers.
     sum: Vec<f64>,
-    /// The same less the 7-point rule's, for the orders that are watched.
+    /// The sum minus that of the 7-point rule, as an error estimate for the orders that are watched.
     difference: Vec<f64>,
     /// ∫ f_cos² dφ and ∫ f_cos (n·wi)₊ dφ over a panel.
     tail: [f64; 6],

@@ -10,15 +10,15 @@ use steradian_base::Task;
 use steradian_parallel::prelude::*;
 use steradian_sphere::sh::zonal;
 
-/// RMS error of f_cos that the quadrature aims at, relative to its norm; 1e-8 or less is what it mostly
-/// reaches.
+/// Target RMS error of the quadrature of f_cos, relative to its norm; mostly the error reached is 1e-8 or
+/// less.
 const TOLERANCE: f64 = 1e-6;
 
 /// k_lq at a list of elevations: B(C, wo) = Σ_q a_q(φ_o) Σ_l k_l|q| L'_lq, with a_q = (1, √2 cos qφ, √2 sin
 /// |q|φ).
 #[derive(Debug, Clone)]
 pub struct Slices {
-    /// The centre that was asked for; slices may lean away from it.
+    /// The centre of the request; slices may lean away from it.
     pub centre: Centre,
     /// F: the highest l.
     pub order: usize,
@@ -37,10 +37,10 @@ pub struct Slices {
 }
 
 impl Slices {
-    /// Integrates f_cos at each slice up to orders `f` and `q` (cut to `f`, and to 0 about the tangent), by
-    /// panels that follow lobes and the horizon and are halved until the estimated error is below 1e-6 of
-    /// f_cos, or a limit ends it (tabulated data has a kink per cell); [`Slices::accuracy`] says what was
-    /// reached.
+    /// Integrates f_cos at each slice up to orders `f` and `q` (clamped to `f`, and to 0 about the tangent).
+    /// Panels follow lobes and the horizon, and are halved until the estimated error is below 1e-6 of f_cos,
+    /// or a limit is reached (tabulated data has a kink per cell); [`Slices::accuracy`] is the error
+    /// estimate.
     pub fn new(
         brdf: &dyn Brdf,
         centre: Centre,
@@ -111,8 +111,9 @@ impl Slices {
         sum
     }
 
-    /// The slices of f_cos − albedo/π (n·wi)₊: what is left when a diffuse part goes its own way, by a map
-    /// about n. The clamped cosine about n has k_lq = A_l/π f_lq(γ), A_l as in Ramamoorthi & Hanrahan 2001.
+    /// The slices of f_cos − albedo/π (n·wi)₊, for techniques that represent the diffuse part separately by a
+    /// map about n. The clamped cosine about n has k_lq = A_l/π f_lq(γ), A_l as in Ramamoorthi &
+    /// Hanrahan 2001.
     pub fn without_diffuse(&self, albedo: [f64; 3]) -> Self {
         let mut rest = self.clone();
         let bands = self.order + 1;
@@ -146,7 +147,7 @@ impl Slices {
     }
 }
 
-/// What every expansion of one reflectance shares.
+/// Common inputs of all expansions of one reflectance.
 pub(super) struct Setup<'a> {
     brdf: &'a dyn Brdf,
     pub request: Request,
@@ -170,7 +171,7 @@ impl<'a> Setup<'a> {
         Ok(Self { brdf, request, polar: Polar::new(f, q) })
     }
 
-    /// The slices, on all cores; the same whatever their number.
+    /// The slices, on all cores; the bits do not depend on their number.
     pub fn kernels(&self, slices: &[Slice], task: &Task) -> Result<Vec<Kernel>, CentralError> {
         let one = |slice: &Slice| {
             let kernel = kernel::slice(self.brdf, slice, &self.request, &self.polar, task)?;

@@ -46,9 +46,9 @@ fn the_cosine_about_the_normal_needs_one_term() {
     assert_zonal(&project("lambert", Centre::Normal, 20, 3), &k, 1e-9);
 }
 
-/// RH02, table 5.5: the orders at which the microfacet model of 5.34, with no cosine beyond the formula's
-/// own, has ε < .03. The right side of 5.18 runs over θ_o' = 0 … π, twice the angle between n and wo; with
-/// that these shares of the energy follow.
+/// RH02, table 5.5: the orders at which the microfacet model of 5.34, without a cosine in addition to the
+/// formula's own, has ε < .03. The shares of the energy follow if the right side of 5.18 runs over θ_o' = 0 …
+/// π, twice the angle between n and wo.
 #[test]
 fn the_papers_microfacet_orders() {
     let table = [
@@ -109,7 +109,8 @@ fn brute(brdf: &dyn Brdf, slice: &Slice, order: usize, n: usize) -> (Vec<f64>, f
     let (mut sum, mut energy) = (vec![0.0; sh::count(order)], 0.0);
     let mut y = sum.clone();
     for (x, w) in nodes.iter().zip(&weights) {
-        // Half of the nodes would do for the hemisphere; z = x² gathers the others at the horizon.
+        // Half of the nodes would suffice for the hemisphere; z = x² concentrates the remaining ones at the
+        // horizon.
         let z = (0.5 * (1.0 + x)).powi(2);
         let dz = 0.5 * (1.0 + x) * w;
         for j in 0..n {
@@ -157,7 +158,7 @@ fn slices_agree_with_brute_force_about_the_normal() {
     }
 }
 
-/// The estimate of the quadrature's error is not below what a far stricter run finds.
+/// The quadrature's error estimate is not below the difference from a far stricter run.
 #[test]
 fn refinement_changes_no_more_than_is_said() {
     let polar = Polar::new(24, 6);
@@ -231,7 +232,7 @@ fn a_dense_fit_is_the_projection() {
             assert!((fit.row(p, q)[1][l] - plain.row(p, q)[1][l]).abs() < 1e-3 * plain.energy[1].sqrt());
         }
     }
-    // Weight on views that matter: what they hold grows.
+    // With weight on near views, the energy captured there grows.
     let near = |t: f64| if t < 120f64.to_radians() { 1.0 } else { 0.05 };
     let weighted = Lpq::fit(&s, Argument::View, 1, &near, true).expect("enough");
     let flat = fit.truncated(16, 1);
@@ -250,8 +251,8 @@ fn a_dense_fit_is_the_projection() {
     assert!((weighted.share(16, 1) - 1.0).abs() < 0.2);
 }
 
-/// Half way to the view harmonics need not vanish at the horizon: the same number of them holds grazing lobes
-/// better.
+/// Harmonics of the direction half way to the view need not vanish at the horizon: an equal number of them
+/// represents grazing lobes better.
 #[test]
 fn harmonics_of_the_normal_hold_grazing_lobes() {
     for spec in ["ggx:alpha=0.36", "microfacet:sigma=0.2"] {
@@ -375,7 +376,7 @@ fn threads_and_cancellation() {
     assert!(matches!(stopped, Err(CentralError::Cancelled(_))));
 }
 
-/// Stops its task when it is looked at for the hundredth time.
+/// Stops its task at the hundredth evaluation.
 #[derive(Debug)]
 struct Stopping {
     of: SharedBrdf,

@@ -35,7 +35,7 @@ impl Polar {
         self.columns[q].1[l - q - 1]
     }
 
-    /// Hands (q, f_lq for l = 0 … F) to `take`, for each q; zero below l = q.
+    /// Calls `take` with (q, f_lq for l = 0 … F) for each q; zero below l = q.
     pub fn for_each(&self, sine: f64, cosine: f64, row: &mut Vec<f64>, mut take: impl FnMut(usize, &[f64])) {
         row.clear();
         row.resize(self.f + 1, 0.0);

@@ -8,12 +8,12 @@
 use super::ring::{NODES, Ring, Rule, rule};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// How sheen shadows itself.
+/// Visibility term of sheen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Visibility {
     /// Λ of Estevez & Kulla: glTF.
     EstevezKulla,
-    /// Of Neubelt & Pettineo: Filament.
+    /// That of Neubelt & Pettineo, as in Filament.
     Neubelt,
 }
 
@@ -46,7 +46,7 @@ pub fn lambda(mu: f64, alpha: f64) -> f64 {
 
 /// Steps of a table over n·wi.
 const STEPS: usize = 4096;
-/// A ring of half vectors that adds less is left out.
+/// Rings of half vectors that contribute less are skipped.
 const NOTHING: f64 = 1e-10;
 
 /// E of sheen of one width.
@@ -60,7 +60,7 @@ pub struct Albedo {
 }
 
 impl Albedo {
-    /// `alpha` is kept within 1e-4 … 1.
+    /// `alpha` is clamped to 1e-4 … 1.
     pub fn new(alpha: f64, visibility: Visibility) -> Self {
         let alpha = alpha.clamp(1e-4, 1.0);
         let at = |k: usize| 1.0 / (1.0 + lambda(k as f64 / STEPS as f64, alpha));

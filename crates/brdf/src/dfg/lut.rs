@@ -1,11 +1,11 @@
-//! Tables over n·wo and roughness: what a shader looks up.
+//! Tables over n·wo and roughness, for lookups by shaders.
 
 use super::charlie::{Albedo, Visibility};
 use super::{DfgTable, average_albedo, ggx};
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 
-/// What the channels of a table hold.
+/// Contents of a table's channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
     /// A and B of Karis 2013: F_ss = f0 A + B; and E_avg.
@@ -41,7 +41,7 @@ impl Layout {
         Self::ALL.into_iter().find(|l| l.name().eq_ignore_ascii_case(name))
     }
 
-    /// What each channel is.
+    /// Meaning of each channel.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Self::ScaleBias => &[
@@ -69,7 +69,7 @@ impl Layout {
         }
     }
 
-    /// The channels at cosine n·wo and perceptual roughness, each 0 … 1; those that there are not are 0.
+    /// The channels at cosine n·wo and perceptual roughness, each 0 … 1; absent channels are 0.
     pub fn at(self, mu: f64, perceptual_roughness: f64) -> [f64; 3] {
         Row::new(self, perceptual_roughness).at(mu)
     }
@@ -108,7 +108,7 @@ impl Row {
 /// A table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lut {
-    /// What it holds.
+    /// Contents of the channels.
     pub layout: Layout,
     /// Texels per side.
     pub size: usize,
@@ -118,7 +118,7 @@ pub struct Lut {
 }
 
 impl Lut {
-    /// How texels lie, in words.
+    /// Arrangement of texels, in words.
     pub const AXES: &'static str = "column i: n.v = (i + 0.5)/N; row j from the top: perceptual roughness = \
         (j + 0.5)/N, alpha = its square, at least 1e-4; read bilinearly at (n.v, perceptual roughness)";
 

@@ -1,4 +1,4 @@
-//! What single scattering loses, and three ways to give it back.
+//! The energy that single scattering loses, and three methods of compensating for it.
 //!
 //! E(μ) = A + B is the albedo of f0 = 1; 1 − E is lost. E_avg = 2∫E(μ) μ dμ.
 //!
@@ -55,7 +55,7 @@ impl Dfg {
         f0 * self.scale + self.bias
     }
 
-    /// F_ms E_ms of Fdez-Agüera: what multiple scattering adds, to be multiplied by diffuse light E/π.
+    /// F_ms E_ms of Fdez-Agüera: albedo of multiple scattering, to be multiplied by diffuse light E/π.
     pub fn multiple(self, f0: f64) -> f64 {
         let (f, e) = (average_fresnel(f0), self.albedo());
         self.single(f0) * f / (1.0 - f * (1.0 - e)) * (1.0 - e)

@@ -15,7 +15,7 @@ pub enum Language {
 }
 
 impl Language {
-    /// By a file's extension.
+    /// The language of files with this extension.
     pub fn of_extension(extension: &str) -> Option<Self> {
         match extension {
             "wgsl" => Some(Self::Wgsl),
@@ -26,7 +26,7 @@ impl Language {
     }
 }
 
-/// Channels of the table in text: E_avg, the same in a row, gets a row of its own ([`averages`]).
+/// Channels of the table in text. E_avg, which is constant over a row, is an array of its own ([`averages`]).
 fn channels(lut: &Lut) -> usize {
     match lut.layout {
         Layout::ScaleBias => 2,
@@ -45,7 +45,7 @@ pub fn source(lut: &Lut, language: Language, notes: &[String]) -> String {
     out
 }
 
-/// The comment, which all three languages write alike.
+/// The comment at the head, the same in all three languages.
 fn head(lut: &Lut, notes: &[String]) -> String {
     let mut out = format!("// {} table, {} x {} texels.\n", lut.layout.name(), lut.size, lut.size);
     for (c, what) in ["x", "y", "z"].iter().zip(&lut.layout.channels()[..channels(lut)]) {
@@ -310,7 +310,7 @@ mod tests {
         }
     }
 
-    /// The compiler takes the Rust text, and the function gives what the table's lookup gives.
+    /// The Rust text compiles, and its function returns the values of the table's lookup.
     #[test]
     fn rust_compiles_and_gives_the_same_values() {
         let lut = lut(Layout::ScaleBias);

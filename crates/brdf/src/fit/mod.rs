@@ -1,4 +1,4 @@
-//! Compact representations of any reflectance; they know no light.
+//! Compact representations of any reflectance; they do not depend on the light.
 
 pub mod gaussian;
 pub mod radial;

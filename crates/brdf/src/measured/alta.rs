@@ -5,9 +5,9 @@
 //! CARTESIAN (the view first), with L the light and V the view; a projected pair (x, y) has the polar angle
 //! √(x² + y²) and the azimuth atan2(y, x) from the light's, which may be 180° away. Values are f in sr⁻¹;
 //! those called INV_STERADIAN_COSINE_FACTOR are f n·wo and are divided by it. XYZ_COLOR becomes linear Rec.
-//! 709; one value is grey. Where a file has half angles only, f is taken to depend on nothing else. Between
-//! the measured directions `scattered` interpolates; views within 2° of the horizon say nothing of f where
-//! they were weighted by the cosine, and are missing.
+//! 709; one value is grey. Where a file has half angles only, f is assumed to depend on nothing else. Between
+//! the measured directions `scattered` interpolates; where values are weighted by the cosine, views within 2°
+//! of the horizon do not determine f, and are missing.
 
 use super::grid::of_half_angles;
 use super::scattered::{MAX_ROWS, Samples, notes};
@@ -49,7 +49,8 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     made(a, "alta:retro-gray-tape.dat", read, |n| Table::of_numbers(&INFO, notes, n))
 }
 
-/// Coordinates, how many they are, whether they tell of anisotropy, and light and view of them.
+/// Name of coordinates, their number, whether they can express anisotropy, and the function to light and
+/// view.
 type Reader = (&'static str, usize, bool, fn(&[f64]) -> (DVec3, DVec3));
 
 fn half(angles: [f64; 4]) -> (DVec3, DVec3) {
@@ -122,7 +123,7 @@ fn of(table: &AltaTable) -> Result<Table, String> {
     samples.table(&INFO, notes, !anisotropic)
 }
 
-/// A measurement that says nothing of θ_d or φ_d stands for all.
+/// A measurement without θ_d or φ_d applies to all values of it.
 fn spread(samples: &mut Samples, x: &[f64], name: &str, value: [f64; 3]) {
     let angle = |x: f64| if name.starts_with("COS") { x.clamp(-1.0, 1.0).acos() } else { x };
     let theta_d: Vec<f64> = match x.get(1) {

@@ -175,10 +175,10 @@ impl Term {
 struct Sum {
     spec: String,
     terms: Vec<Term>,
-    /// As the file states it; negative where it does not.
+    /// The file's own error; negative where it gives none.
     error: f64,
     parts: Vec<(SharedBrdf, [f64; 3])>,
-    /// Which part of the samples each draws; they sum to 1.
+    /// Share of the samples that each part draws; they sum to 1.
     weights: Vec<f64>,
 }
 
@@ -194,7 +194,7 @@ impl Sum {
         if !(all > 0.0 && all.is_finite()) {
             return Err("its lobes send nothing back".into());
         }
-        // What is dim at one view may not be at another.
+        // A part that is dim at one view may not be at another.
         weights.iter_mut().for_each(|w| *w = (*w / all).max(0.05));
         let all: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w /= all);
@@ -335,7 +335,7 @@ mod tests {
         }
     }
 
-    /// The same lobes, typed in by hand elsewhere.
+    /// The file's lobes equal those typed in elsewhere.
     #[test]
     fn skin_is_the_published_set() {
         let Some(folder) = steradian_testkit::data(FOLDER) else { return };

@@ -2,7 +2,7 @@
 //! directions with 31 wavelengths each (Foo 1997, "A Gonioreflectometer for Measuring the Bidirectional
 //! Reflectance of Material for Use in Illumination Computation").
 //!
-//! Spectra become linear Rec. 709 such that a flat one is grey, what lies outside is cut to 0; between the
+//! Spectra become linear Rec. 709 such that a flat one is grey, negative channels are set to 0; between the
 //! measured directions `scattered` interpolates. Single wavelengths that are negative are noise about zero
 //! and count as 0.
 

@@ -83,7 +83,7 @@ pub fn tabulate(brdf: &dyn Brdf, name: &Path) -> CsvTable {
     let mut table = CsvTable { name: name.into(), header, ..CsvTable::default() };
     for i in 0..sizes.iter().product() {
         let (wi, wo) = super::grid::Grid::centre(sizes, i);
-        // 1° above the horizon: the last that such a table says.
+        // 1° above the horizon: the lowest direction in such a table.
         if wi.z < 0.0175 || wo.z < 0.0175 {
             continue;
         }
@@ -108,7 +108,7 @@ mod tests {
     use crate::{Files, parse, parse_with};
     use steradian_formats::write_csv;
 
-    /// What is written is read back: relative errors of nine tenths of the directions.
+    /// A table written from a model is read back: relative errors of nine tenths of the directions.
     #[test]
     fn any_model_is_tabulated_and_read_back() {
         let folder = std::env::temp_dir().join(format!("steradian-csv-{}", std::process::id()));

@@ -211,7 +211,7 @@ impl Brdf for Curet {
         Vec::new()
     }
 
-    /// Its cells are the coefficients of the modes times their factors.
+    /// Cells of the shader: coefficients of the modes times their factors.
     fn shader(&self) -> Option<BrdfShader> {
         let cell = |(k, m): (usize, &zernike::Mode)| self.modes.each_ref().map(|a| (a[k] * m.factor) as f32);
         let cells = zernike::modes().iter().enumerate().map(cell).collect();

@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 use steradian_simd::run;
 
-/// What the four coordinates of a grid are, slowest first.
+/// The four coordinates of a grid, slowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Coordinates {
     /// √θ_h, φ_h, θ_d and φ_d modulo π (Rusinkiewicz 1998), values at the centres of cells. One cell in φ_h:
@@ -42,9 +42,9 @@ impl Coordinates {
     }
 }
 
-/// Cells of a grid at most.
+/// Most cells of a grid.
 const MAX_CELLS: usize = 1 << 27;
-/// Cells per coordinate of what is tabulated: MERL's.
+/// Cells per coordinate of tables made here: MERL's.
 pub(super) const MERL: [usize; 4] = [90, 1, 90, 180];
 
 /// A grid without missing cells.
@@ -80,9 +80,9 @@ pub(super) fn of_half_angles([theta_h, phi_h, theta_d, phi_d]: [f64; 4]) -> (DVe
 }
 
 impl Grid {
-    /// Of cells in which those with a number that is not finite are missing: they take the nearest cell at a
-    /// smaller coordinate, else at a greater one, along each coordinate of `order` in turn. `None` where no
-    /// cell is there or sizes do not fit.
+    /// A grid in which cells with a number that is not finite are missing: such a cell takes the nearest cell
+    /// at a smaller coordinate, else at a greater one, along each coordinate of `order` in turn. `None` where
+    /// all are missing or sizes do not fit.
     pub fn filled(
         coordinates: Coordinates,
         sizes: [usize; 4],
@@ -177,7 +177,7 @@ impl Grid {
     /// Places among the cells, and which coordinates are periodic.
     fn place(&self, wi: DVec3, wo: DVec3) -> ([f64; 4], [bool; 4]) {
         let n = self.sizes.map(|n| n as f64);
-        // At the pole zeros have a sign, which says nothing.
+        // At the pole components are zeros, whose signs must not decide the azimuth.
         let turn = |w: DVec3| (w.y + 0.0).atan2(w.x + 0.0);
         match self.coordinates {
             Coordinates::Half => {
@@ -203,7 +203,7 @@ impl Grid {
         }
     }
 
-    /// The text, and what it reads: the kind of the coordinates with degrees of the last polar angle, the
+    /// The WGSL text, and its data: the kind of the coordinates with degrees of the last polar angle, the
     /// sizes, the cells.
     pub fn twin(&self) -> Twin {
         let (kind, last) = match self.coordinates {
@@ -271,7 +271,7 @@ fn between(x: f64, n: usize, periodic: bool) -> (usize, usize, f64) {
     (i, i + 1, t - i as f64)
 }
 
-/// Those of the two that count.
+/// Those of two neighbours that have a weight.
 fn both((i, j, t): (usize, usize, f64)) -> impl Iterator<Item = (usize, f64)> {
     [(i, 1.0 - t), (j, t)].into_iter().filter(|c| c.1 > 0.0)
 }

@@ -49,7 +49,7 @@ fn brdf_eval(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
         let w = select(1.0 - t, t, upper);
         let weight = w.x * w.y * w.z * w.w;
         if weight > 0.0 {
-            // As floats: GLSL ES 3.00 selects no integers.
+            // As floats: GLSL ES 3.00 cannot select integers.
             let at = vec4<i32>(select(vec4<f32>(first), vec4<f32>(second), upper));
             sum += weight * brdf_cell(u32(((at.x * n.y + at.y) * n.z + at.z) * n.w + at.w));
         }

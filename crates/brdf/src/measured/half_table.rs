@@ -61,7 +61,7 @@ fn places<const N: usize>(wi: &[DVec3; N], wo: DVec3, sizes: [usize; 3]) -> [[f6
             (ex, ey)
         };
         let acute = first_quadrant(across.abs(), along.abs());
-        // Modulo π: e stands for −e.
+        // Modulo π: e and −e are equivalent.
         let phi_d = if (across < 0.0) == (along < 0.0) { acute } else { PI - acute };
         h[k] = nh * (theta_h * FRAC_2_PI).sqrt() - 0.5;
         d[k] = nd * (theta_d * FRAC_2_PI) - 0.5;
@@ -122,7 +122,7 @@ fn interpolated(cells: &[[f32; 3]], [nh, nd, nt]: [usize; 3], [h, d, t]: [f64; 3
     f
 }
 
-/// Between the cells i and j of a row.
+/// Interpolates between the cells i and j of a row.
 #[inline(always)]
 fn row(row: &[[f32; 3]], i: usize, j: usize, t: f64) -> [f64; 3] {
     let (a, b) = (row[i], row[j]);

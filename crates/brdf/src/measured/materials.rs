@@ -1,4 +1,4 @@
-//! Files of many materials: binary numbers, and a text beside them with one name per line.
+//! Files of many materials: binary numbers, and a text file with one name per line.
 
 use super::{nbrdf, npf};
 use crate::model::merl_fits::{ABC, SGD};
@@ -26,13 +26,13 @@ pub(super) fn find(names: &Path, wanted: Option<&str>, a: &Args<'_>) -> Result<u
     Err(SpecError::File { file: names.display().to_string(), what })
 }
 
-/// The list of names of a file: what the spec says, else `standard` beside the file.
+/// The list of names of a file: as the spec gives it, else `standard` in the file's folder.
 pub(super) fn list(path: &Path, standard: &str, a: &Args<'_>) -> PathBuf {
     a.file("names").unwrap_or_else(|| path.with_file_name(standard))
 }
 
-/// The specs that a spec with `*` for the material stands for: `npf:FILE,*`, `nbrdf:FILE,*`, `sgd:*`,
-/// `abc:*`. Any other spec stands for itself.
+/// The specs that a spec with `*` for the material expands to: `npf:FILE,*`, `nbrdf:FILE,*`, `sgd:*`,
+/// `abc:*`. Any other spec expands to itself.
 pub fn expand(spec: &str, files: Files<'_>) -> Result<Vec<String>, SpecError> {
     let (model, body) = split_spec(spec);
     if body == "*" && model == "sgd" {

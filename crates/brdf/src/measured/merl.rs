@@ -145,7 +145,7 @@ mod tests {
         tabulate(&*parse(spec).expect(spec), &Task::quiet()).expect("not cancelled")
     }
 
-    /// Away from grazing angles a table gives back what it was made of; chrome's peak bends between cells.
+    /// Away from grazing angles a table reproduces its formula; chrome's peak bends between cells.
     #[test]
     fn a_formula_tabulated_and_read_back() {
         for (spec, tolerance) in [

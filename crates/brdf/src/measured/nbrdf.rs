@@ -65,7 +65,7 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     tabulated::make(a, "nbrdf:merl_nbrdf_f32le.bin,chrome", read, keep)
 }
 
-/// The list of names beside a file of networks.
+/// The list of names in the folder of a file of networks.
 pub(super) fn names(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let stem = name.strip_suffix(".bin").unwrap_or(&name);
@@ -169,7 +169,7 @@ mod tests {
         check_measured(&*parse_with(&spec, Files::Any).expect("valid"));
     }
 
-    /// Two independent descriptions of the same measurements: median difference of the logarithms.
+    /// Two independent models of the same measurements: median difference of the logarithms.
     #[test]
     fn near_the_tabulated_factors() {
         let Some(folder) = steradian_testkit::data("brdfs/merl_reduced") else { return };

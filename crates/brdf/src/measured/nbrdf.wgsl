@@ -11,7 +11,7 @@ fn brdf_weight(i: u32) -> f32 {
     return brdf_cell(i / 3u)[i % 3u];
 }
 
-// Of the half vector (h.x, 0, h.y) and the difference vector.
+// The network at half vector (h.x, 0, h.y) and a difference vector.
 fn brdf_network(h: vec2<f32>, d: vec3<f32>) -> vec3<f32> {
     var input = array<f32, 6>(h.x, 0.0, h.y, d.x, d.y, d.z);
     var one: array<f32, 21>;

@@ -6,10 +6,10 @@
 //! **f = (ρ_d + ρ_s D(θ_h) F(θ_d) G₁(θ_i) G₁(θ_o)/(n·wi n·wo))/π**
 //!
 //! Numbers stand at the centres of their bins, i + ½ = 90 √(θ_h/(π/2)) for D and degrees for G₁ and F, linear
-//! between them and constant beyond. The first number of G₁ is 0 for every material, and that of F next to
-//! nothing: nothing was measured within a degree there. Where a first number is less than half of the second
-//! it is missing, and the second stands for it. (The authors take the nearest bin for D and F, so that f is
-//! nearly ρ_d/π at θ_d below 1°.)
+//! between them and constant beyond. The first number of G₁ is 0 for every material, and that of F almost 0:
+//! nothing was measured within a degree there. Where a first number is less than half of the second it is
+//! missing, and the second replaces it. (The authors take the nearest bin for D and F, so that f is nearly
+//! ρ_d/π at θ_d below 1°.)
 //!
 //! File: 32-bit floats `[256][512][3]`, rows of materials, columns ρ_d, ρ_s, 90 of D, 90 of G₁, 90 of F;
 //! names in `npf_material_names.txt` beside it, one per line.
@@ -45,7 +45,7 @@ pub static INFO: Info = Info {
 
 pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
-/// The list of names beside the table.
+/// Name of the list of names in the table's folder.
 pub(super) const NAMES: &str = "npf_material_names.txt";
 
 const BINS: usize = 90;

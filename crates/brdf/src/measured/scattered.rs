@@ -9,8 +9,8 @@
 //! x_j|/ℓ),
 //!
 //! m their mean in the metric of K, ℓ four times the distance of the farthest, λ = 1e-3, which lets equal
-//! directions differ by noise. The result is cut to the range of the K measurements, so that nothing is
-//! extrapolated: beyond the last measured elevation f stays what the nearest measurements are.
+//! directions differ by noise. The result is clamped to the range of the K measurements, so that nothing is
+//! extrapolated: beyond the last measured elevation f stays that of the nearest measurements.
 //!
 //! Directions become points such that neighbours are alike. With u = √(θ_h/(π/2)) and d = θ_d/(π/2):
 //! isotropic, (3/2 u, d, u d cos 2φ_d, u d |sin 2φ_d|), in which f is reciprocal and symmetric about the
@@ -26,20 +26,20 @@ use std::f64::consts::FRAC_PI_2;
 use steradian_numerics::dense::Cholesky;
 use steradian_parallel::prelude::*;
 
-/// Measurements to one cell.
+/// Number of measurements from which a cell is interpolated.
 const NEAREST: usize = 28;
-/// What is added to the diagonal.
+/// λ, added to the diagonal.
 const NOISE: f64 = 1e-3;
 /// Rows of a file at most.
 pub(super) const MAX_ROWS: usize = 1 << 20;
-/// Fewer different measurements describe no reflectance.
+/// Fewest different measurements that describe a reflectance.
 const FEWEST: usize = 8;
-/// Values at most: cells are single precision, and finite.
+/// Values are clamped to this: cells are single precision, and finite.
 const MAX_VALUE: f64 = 1e30;
 
 type Point = [f64; 5];
 
-/// Measurements, and what was wrong with others.
+/// Measurements, and counts of those that were rejected.
 #[derive(Debug, Default)]
 pub(super) struct Samples {
     light: Vec<DVec3>,
@@ -67,7 +67,7 @@ impl Samples {
         }
     }
 
-    /// The same for unit directions.
+    /// Adds a measurement with unit directions.
     pub fn add(&mut self, wi: DVec3, wo: DVec3, value: [f64; 3]) {
         self.counts.all += 1;
         let negative = value.iter().filter(|v| **v < 0.0).count();
@@ -82,7 +82,7 @@ impl Samples {
         self.values.push(value);
     }
 
-    /// More negative numbers, which were set to 0.
+    /// Adds to the count of negative numbers, which were set to 0.
     pub fn note_negative(&mut self, count: usize) {
         self.counts.negative += count;
     }
@@ -231,7 +231,7 @@ fn interpolated(
     })
 }
 
-/// What the readers of scattered measurements say.
+/// Notes of the readers of scattered measurements.
 pub(super) fn notes(table: &Table) -> Vec<String> {
     let Counts { all, missing, negative } = table.counts;
     let shape = if table.grid.is_isotropic() { "isotropic" } else { "anisotropic" };

@@ -1,5 +1,4 @@
-//! How a measured reflectance is concentrated, found by evaluating it: what its samplers, hints and peak are
-//! made of.
+//! Shape of a measured reflectance's highlight, found by evaluating it, for samplers, hints and the peak.
 
 use crate::draw::Draw;
 use crate::math::{largest, spherical};
@@ -7,27 +6,27 @@ use crate::{Brdf, Lobe, Peak, hint};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Half vectors are tried from this angle on, radians: finer than the finest cell of MERL's tables, 0.2
+/// Smallest tilt of the half vector that is sampled, radians: less than the finest cell of MERL's tables, 0.2
 /// milliradians.
 const FINEST: f64 = 1e-4;
 const STEPS: usize = 160;
-/// Tilts beyond this tell of the diffuse part only.
+/// Tilts of the half vector beyond this, radians, are not sampled: only the diffuse part is left there.
 const WIDEST: f64 = 0.75;
-/// Tilts from here on tell what the diffuse part is.
+/// Tilts of the half vector from here on, radians, determine the diffuse part.
 const FAR: f64 = 0.45;
 /// Angle of the view, which keeps retro-reflection out of the profile.
 const VIEW: f64 = 0.5;
 
-/// A distribution of half vectors like the measured one: a GGX of the highlight's core, one of its reach, the
-/// rest, and what goes back to where the light comes from.
+/// A distribution of half vectors like the measured one: a GGX of the highlight's core, one of its reach, a
+/// diffuse part, and retro-reflection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Shape {
     /// Width α of a GGX with the profile's width at a quarter of its height; `None` where there is no
     /// highlight.
     core: Option<f64>,
-    /// Width α of a GGX of which as much lies within as of the profile: four fifths.
+    /// Width α of a GGX that has four fifths of its energy within the same angle as the profile.
     reach: f64,
-    /// Share of what is sent back evenly.
+    /// Share of the diffuse part.
     diffuse: f64,
     retro: Option<Retro>,
 }
@@ -39,7 +38,7 @@ struct Retro {
     core: f64,
     /// Angle within which four fifths of it lie.
     reach: f64,
-    /// Its share.
+    /// Share of the reflected light.
     share: f64,
 }
 
@@ -50,8 +49,8 @@ fn angles() -> (Vec<f64>, f64) {
 }
 
 impl Shape {
-    /// Of the function f(wi, wo): its profile over the angle of the half vector, across the plane of
-    /// incidence. Where f is anisotropic, the narrowest of four planes.
+    /// Measures f(wi, wo): its profile over the angle of the half vector, across the plane of incidence.
+    /// Where f is anisotropic, the narrowest of four planes.
     pub fn measure(f: &dyn Fn(DVec3, DVec3) -> [f64; 3], isotropic: bool) -> Self {
         let first = Self::in_plane(f, 0.0);
         if isotropic {
@@ -62,14 +61,14 @@ impl Shape {
                 (Some(a), Some(b)) => Some(a.min(b)),
                 (a, b) => a.or(b),
             };
-            // What is broad in one plane may be narrow in another.
+            // A highlight broad in one plane may be narrow in another.
             let reach = [a, b].iter().filter(|s| s.core.is_some()).map(|s| s.reach).fold(0.0, f64::max);
             let reach = if core.is_some() { reach } else { 1.0 };
             Self { core, reach, diffuse: a.diffuse.min(b.diffuse).max(0.15), retro: a.retro.or(b.retro) }
         })
     }
 
-    /// Of a view at the azimuth `phi`.
+    /// Measures at a view of the azimuth `phi`.
     fn in_plane(f: &dyn Fn(DVec3, DVec3) -> [f64; 3], phi: f64) -> Self {
         let wo = spherical(VIEW, phi);
         let aside = DVec3::new(-phi.sin(), phi.cos(), 0.0);
@@ -82,7 +81,7 @@ impl Shape {
         let profile: Vec<f64> = angles.iter().map(|t| mirrored(*t)).collect();
         let back = |t: f64| value(wo * t.cos() + aside * t.sin());
         let behind: Vec<f64> = angles.iter().map(|t| back(*t)).collect();
-        // Far from the mirror direction: what is even there, or nearly so, is the diffuse part.
+        // Far from the mirror direction, the nearly even part is the diffuse part.
         let far = angles.iter().zip(&profile).filter(|(t, _)| **t > FAR);
         let base = far.map(|(_, v)| *v).fold(0.0, f64::max);
         let mut shape = Self { core: None, reach: 1.0, diffuse: 1.0, retro: None };
@@ -173,8 +172,8 @@ fn parts(part: impl Fn(usize) -> f64) -> (f64, usize) {
 }
 
 impl Retro {
-    /// The lobe about the view of which `behind` is the profile, and what it sends back; `forward` is f at
-    /// the same tilt of the half vector in a direction aside: only what is well above it is retro-reflection.
+    /// The lobe about the view with the profile `behind`, and its albedo; `forward` is f at the same tilt of
+    /// the half vector to the side: only values well above it are retro-reflection.
     fn measure(angles: &[f64], step: f64, behind: &[f64], forward: f64) -> (Option<Self>, f64) {
         let far = angles.iter().zip(behind).filter(|(t, _)| **t > FAR).map(|(_, v)| *v);
         let base = far.fold(0.0, f64::max);

@@ -3,7 +3,7 @@
 use steradian_base::brief;
 use steradian_formats::cie::{XYZ_TO_REC709, matching};
 
-/// [`weights`] of wavelengths that a file gives; the error says what is wrong with them.
+/// [`weights`] of wavelengths from a file; the error describes their fault.
 pub(super) fn weights_of(wavelengths: &[f64]) -> Result<Vec<[f64; 3]>, String> {
     let ascending = wavelengths.windows(2).all(|p| p[0] < p[1]);
     if wavelengths.len() < 2 || !ascending || wavelengths.iter().any(|v| !(100.0..=1e4).contains(v)) {

@@ -1,4 +1,4 @@
-//! A grid of measurements with what was found in the file.
+//! A grid of measurements with counts of faulty values in the file.
 
 use super::grid::Grid;
 use super::tabulated::{Tabulated, Twin};
@@ -6,12 +6,12 @@ use crate::Info;
 use crate::math::largest;
 use glam::DVec3;
 
-/// What was found in a file.
+/// Counts of a file's values.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Counts {
     /// Measurements, or cells above the horizon.
     pub all: usize,
-    /// Those that are missing or cannot be used.
+    /// Measurements or cells that are missing or cannot be used.
     pub missing: usize,
     /// Numbers that are negative.
     pub negative: usize,
@@ -21,7 +21,7 @@ pub(super) struct Counts {
 #[derive(Debug, Clone)]
 pub(super) struct Table {
     pub info: &'static Info,
-    /// What to say of them.
+    /// Notes about the counts, for users.
     pub notes: fn(&Self) -> Vec<String>,
     pub counts: Counts,
     pub grid: Grid,

@@ -1,5 +1,5 @@
-//! What every reflectance has in common that is known by evaluating it: samplers, hints, the peak, and
-//! what is kept of its file.
+//! Common code of reflectances that are given only by their values: samplers, hints, the peak, and the part
+//! of the file that is kept.
 
 use super::shape::Shape;
 use crate::draw;
@@ -27,8 +27,7 @@ pub(super) trait Tabulated: Debug + Send + Sync + 'static {
     /// f of two directions above the horizon.
     fn value(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
 
-    /// [`Tabulated::value`] of each of `wi`, into `out`; what is written for those below the horizon does not
-    /// matter.
+    /// [`Tabulated::value`] of each of `wi`, into `out`; values for directions below the horizon are ignored.
     fn values(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
         for (f, wi) in out.iter_mut().zip(wi) {
             *f = if wi.z > 0.0 { self.value(*wi, wo) } else { [0.0; 3] };
@@ -46,13 +45,13 @@ pub(super) trait Tabulated: Debug + Send + Sync + 'static {
     }
 }
 
-/// The same on a GPU.
+/// The reflectance's data for a GPU.
 pub(super) struct Twin {
     /// Defines `brdf_eval`.
     pub source: &'static str,
-    /// What `struct Brdf` holds beside what all have.
+    /// Members of `struct Brdf` in addition to the common ones.
     pub parameters: Vec<[f32; 4]>,
-    /// What `brdf_cell` reads.
+    /// Values that `brdf_cell` reads.
     pub cells: Arc<Vec<[f32; 3]>>,
 }
 
@@ -65,7 +64,7 @@ pub(super) struct Measured<T> {
 }
 
 impl<T: Tabulated> Measured<T> {
-    /// `spec` is what it says of itself.
+    /// A reflectance of `data` with the canonical `spec`.
     pub fn new(spec: String, data: T) -> Self {
         let isotropic = data.is_isotropic();
         let f = |wi, wo| if above(wi, wo) { data.value(wi, wo) } else { [0.0; 3] };
@@ -74,8 +73,8 @@ impl<T: Tabulated> Measured<T> {
     }
 }
 
-/// The reflectance that a spec with one file names: what `read` makes of the path, or `keep` of the numbers
-/// that are kept of it. `example` is a whole spec.
+/// The reflectance of a spec with one file: `read` makes it of the path, or `keep` of the numbers that were
+/// kept of the file. `example` is a whole spec, for messages.
 pub(super) fn make<T: Tabulated>(
     a: &Args<'_>,
     example: &str,
@@ -85,7 +84,7 @@ pub(super) fn make<T: Tabulated>(
     Ok(Arc::new(Measured::new(a.spec(), load(a, example, read, keep)?)))
 }
 
-/// What [`make`] makes a reflectance of.
+/// The data from which [`make`] makes a reflectance.
 pub(super) fn load<T>(
     a: &Args<'_>,
     example: &str,

@@ -1,7 +1,7 @@
 //! Anisotropic materials of the Institute of Information Theory and Automation in Prague (Filip & Vávra 2014,
 //! "Template-Based Sampling of Anisotropic BRDFs"), linear in the four angles between the measured
-//! directions. Beyond 75°, the last polar angle, f is what it is there. Numbers are scaled by 1/140, decoded
-//! by sRGB's curve and multiplied by 100, as the institute's own viewer does, and taken as f: Dupuy's reader
+//! directions. Beyond 75°, the last polar angle, f is constant. Numbers are scaled by 1/140, decoded by
+//! sRGB's curve and multiplied by 100, as the institute's own viewer does, and taken as f: Dupuy's reader
 //! multiplies the same number by the cosine. Negative ones are set to 0 and counted.
 
 use super::grid::{Coordinates, Grid};

@@ -25,7 +25,7 @@ pub(super) struct Mode {
     pub n: usize,
     pub m: usize,
     l: usize,
-    /// Which radial polynomials.
+    /// Indices of the radial polynomials.
     radial: [usize; 2],
     pub factor: f64,
 }

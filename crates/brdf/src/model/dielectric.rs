@@ -1,8 +1,8 @@
-//! A rough dielectric layer over a diffuse base, without loss but for the layer's own.
+//! A rough dielectric layer over a diffuse base, lossless except for losses of the layer itself.
 //!
 //! Kelemen & Szirmay-Kalos 2001, A Microfacet Based Coupled Specular-Matte BRDF Model with Importance
 //! Sampling, eq. 5, as Kulla & Conty 2017, Revisiting Physically Based Shading at Imageworks, use it: the
-//! base gets what the layer does not reflect, on the way in and on the way out:
+//! base gets the light that the layer does not reflect, on the way in and on the way out:
 //!
 //! **f = D F G₂/(4 n·wi n·wo) + albedo/π (1 − E(n·wi))(1 − E(n·wo))/(1 − Ē)**
 //!

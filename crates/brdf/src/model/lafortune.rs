@@ -112,7 +112,7 @@ impl Cosine {
         Draw::Power { axis: (self.c * wo).normalize_or(DVec3::Z), n: self.n }
     }
 
-    /// About the integral of the lobe times the cosine; 0 for a lobe that points well below the horizon.
+    /// Approximate integral of the lobe times the cosine; 0 for a lobe that points well below the horizon.
     fn strength(&self, wo: DVec3) -> f64 {
         let axis = self.c * wo;
         let cosine = (axis.normalize_or(DVec3::Z).z + self.width()).clamp(0.0, 1.0);
@@ -124,7 +124,7 @@ impl Cosine {
     }
 }
 
-/// Lobes that a GPU's uniforms are asked to hold.
+/// Most lobes in a GPU's uniforms.
 const MOST_ON_GPU: usize = 64;
 
 /// Lobes per channel and a diffuse part.

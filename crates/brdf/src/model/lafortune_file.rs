@@ -13,7 +13,7 @@ use std::path::Path;
 /// More than any set of lobes needs.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Reads the file; `spec` is what the reflectance says of itself.
+/// Reads the file; `spec` is the canonical spec of the reflectance.
 pub(crate) fn read(file: &Path, spec: String, a: &Args<'_>) -> Result<Lafortune, SpecError> {
     let text = a.read(file, MAX_BYTES, "a file of Lafortune lobes")?;
     parse(&text, spec).map_err(|what| SpecError::File { file: file.display().to_string(), what })

@@ -1,4 +1,4 @@
-//! Fitted Gaussian lobes as a reflectance: what a fit means.
+//! Fitted Gaussian lobes as a reflectance.
 //!
 //! Green, Kautz & Durand 2007, eqs 3 and 4: **f n·wi = ρ_d/π ⟨n·wi⟩ + Σ_k w_k G_σk(μ_k − δ)** with what
 //! [`crate::fit::gaussian`] interpolates for the view. The lobes cover the whole sphere, as filtered maps
@@ -36,7 +36,7 @@ pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 const MAX_BYTES: u64 = 1 << 20;
 const MAX_VIEWS: usize = 4096;
-/// Densities for a lobe at most.
+/// Most densities for a lobe.
 const MOST: f64 = 15.0;
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
@@ -107,7 +107,7 @@ pub fn numbers(fit: &GaussianFit) -> Vec<f64> {
     head.into_iter().chain(fit.diffuse).chain(azimuths).chain(lobe_numbers(fit)).collect()
 }
 
-/// What [`numbers`] gave, checked.
+/// Reads and checks the numbers of [`numbers`].
 pub fn from_numbers(numbers: &[f64]) -> Option<GaussianFit> {
     let ([elevations, count, diffuse @ ..], mut lobes) = numbers.split_first_chunk::<5>()?;
     let (elevations, count) = (*elevations as usize, *count as usize);
@@ -115,7 +115,7 @@ pub fn from_numbers(numbers: &[f64]) -> Option<GaussianFit> {
         return None;
     }
     let mut azimuths = 1;
-    // Without s five: round ones.
+    // Round lobes, which have no s, have five numbers, stretched ones six.
     let mut each = [5, 6].into_iter().find(|each| elevations.checked_mul(each * count) == Some(lobes.len()));
     if each.is_none() {
         let (m, rest) = lobes.split_first()?;
@@ -159,7 +159,7 @@ pub struct Lobes {
 }
 
 impl Lobes {
-    /// `spec` is what it says of itself.
+    /// A reflectance of `fit` with the canonical `spec`.
     pub fn new(spec: String, fit: GaussianFit) -> Self {
         Self { spec, fit }
     }
@@ -252,7 +252,7 @@ impl Brdf for Lobes {
         let mut all: Vec<GaussianLobe> = self.fit.at(view)[..self.fit.lobes()].to_vec();
         all.retain(wanted);
         all.sort_by(|a, b| a.sigma.total_cmp(&b.sigma));
-        // A stretched one is a ridge along its sweep; the narrowest stands for all.
+        // A stretched lobe is a ridge along its sweep; the narrowest one represents all.
         let ridge = |l: &&GaussianLobe| l.sweep > l.sigma;
         let arc = |l: &GaussianLobe| {
             let across = turned(wo, l.axes(view[0]).across);
@@ -280,7 +280,7 @@ impl Brdf for Lobes {
         let counts = four([fit.elevations() as f64, fit.lobes() as f64, LAST, fit.azimuths as f64]);
         let parameters = [rgb(fit.diffuse), counts];
         let shader = BrdfShader::new(include_str!("lobes.wgsl"), self.peak(), self.domain(), parameters);
-        // A fit in memory may have a single view; what files hold has two at least.
+        // A fit in memory may have a single view; fits in files have at least two.
         (fit.elevations() > 1).then(|| shader.with_cells(Arc::new(cells)))
     }
 

@@ -50,7 +50,7 @@ fn brdf_lobe_cell(at: vec2<u32>, t: vec2<f32>) -> vec3<f32> {
     return mix(a, mix(brdf_cell(at.y), brdf_cell(at.y + next), t.x), t.y);
 }
 
-// Cosine and sine of half the angle of which these are.
+// Cosine and sine of half the angle with this cosine and sine.
 fn brdf_half_angle(d: vec2<f32>) -> vec2<f32> {
     if d.x >= 0.0 {
         let c = sqrt(0.5 * (1.0 + d.x));
@@ -73,7 +73,7 @@ fn brdf_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let i = min(floor(x), last - 1.0);
     let count = u32(brdf.counts.y);
     let azimuths = u32(brdf.counts.w);
-    // Of 0 ... M, half a step of them aside.
+    // 0 ... M, shifted by half a step.
     var phi = brdf_atan2(u.y, u.x) * 0.5 * BRDF_INV_PI - 0.5 / brdf.counts.w;
     phi = select((phi - floor(phi)) * brdf.counts.w, 0.0, azimuths == 1u);
     let j = u32(phi);

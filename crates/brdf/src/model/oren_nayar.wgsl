@@ -34,7 +34,8 @@ fn brdf_full(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let cos_phi = select(1.0, dot(wi.xy, wo.xy) / max(si * so, BRDF_TINY), si * so > 0.0);
     let c1 = 1.0 - 0.5 * s2 / (s2 + 0.33);
     let x = 2.0 * beta * BRDF_INV_PI;
-    // sin alpha, less x^3 behind, where x = 1 - e with e = 2/pi times the elevation of beta: without cancellation.
+    // `behind` is sin alpha - x^3, for azimuths behind, with x = 1 - e, where e is 2/pi times the elevation
+    // of beta: in this form nothing cancels.
     let sine = max(si, so);
     let z = min(wi.z, wo.z);
     let e = brdf_atan2(max(wi.z, wo.z), min(si, so)) * (2.0 * BRDF_INV_PI);

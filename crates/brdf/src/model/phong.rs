@@ -59,7 +59,7 @@ pub(crate) const PHONG_MAP: Entry = Entry { info: &PHONG_MAP_INFO, make: |a| mak
 pub(crate) const PHONG_NORMALIZED: Entry =
     Entry { info: &PHONG_NORMALIZED_INFO, make: |a| make(a, Kind::Normalized, "s") };
 
-/// Which of the three.
+/// Variant of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Above the horizon.

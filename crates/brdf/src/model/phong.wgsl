@@ -2,7 +2,7 @@
 struct Brdf {
     scale: vec4<f32>,
     peak: vec4<f32>,
-    // n, factor, 1 where light below the horizon is taken
+    // n, factor, 1 where light from below the horizon counts
     lobe: vec4<f32>,
 }
 

@@ -83,7 +83,7 @@ impl Channel {
         (1.0 - self.lambda * (self.c * beyond).exp_m1()).clamp(0.0, 1.0)
     }
 
-    /// The elevation below which masking begins, less 1 radian: what WGSL compares with.
+    /// The elevation below which masking begins, less 1 radian, for comparisons in WGSL.
     fn rise(&self) -> f64 {
         std::f64::consts::FRAC_PI_2 - 1.0 - self.theta0
     }

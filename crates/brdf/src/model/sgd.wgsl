@@ -13,7 +13,7 @@ struct Brdf {
     // ln c
     ln_c: vec4<f32>,
     k: vec4<f32>,
-    // pi/2 - 1 - theta_0 and what rounding leaves of it: elevations are exact where angles from the normal round
+    // pi/2 - 1 - theta_0 and its rounding error: elevations are exact where angles from the normal round
     rise: vec4<f32>,
     rise_low: vec4<f32>,
 }

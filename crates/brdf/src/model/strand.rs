@@ -62,7 +62,7 @@ pub(crate) const BANKS_MAP: Entry = Entry { info: &BANKS_MAP_INFO, make: |a| mak
 pub(crate) const KAJIYA_KAY: Entry =
     Entry { info: &KAJIYA_KAY_INFO, make: |a| make(a, Kind::KajiyaKay, "s") };
 
-/// Which of the three.
+/// Variant of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// f, above the horizon.

@@ -12,7 +12,7 @@ use steradian_techniques::local::{LocalFrame, LocalLights};
 use steradian_techniques::shared::trials::specimens;
 use steradian_techniques::{Geometry, Sites, View, locals};
 
-/// So many lights around the object, not all on one side of it.
+/// `count` lights around the object, not all on one side of it.
 fn lights(count: usize) -> LocalLights {
     let place = |k: usize| {
         let d = steradian_prefilter::probe::direction(k, count.max(2));

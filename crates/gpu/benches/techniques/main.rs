@@ -1,15 +1,15 @@
-//! Milliseconds per technique at 1920 × 1080 beside the same device's fill and bandwidth roofs, those of a
-//! local light and its shadows, those of shadowed glossy reflections on meshes of 100 000 and 35 000
-//! vertices, and frames per second at 512 × 512 under a turning light.
+//! Milliseconds per technique at 1920 × 1080, with the device's fill and bandwidth roofs, those of a local
+//! light and its shadows, those of shadowed glossy reflections on meshes of 100 000 and 35 000 vertices, and
+//! frames per second at 512 × 512 under a turning light.
 //!
 //!     cargo bench -p steradian-gpu --bench techniques                 all
 //!     cargo bench -p steradian-gpu --bench techniques -- frame        the first: `frame`, `local`, `shadows`, `glossy`, `fps`
 //!     cargo bench -p steradian-gpu --bench techniques -- frame small  at 480 × 270, for software adapters
 //!
-//! Device times come from timestamps around the passes; the smallest of several frames is shown. Beside them
-//! stands the processor's time a frame, which is what counts on a software adapter that shares its cores. The
-//! papers' figures are printed for context, not for comparison: other scenes, other machines, other parts of
-//! the work.
+//! Device times come from timestamps around the passes; the smallest of several frames is shown. The
+//! processor's time a frame is shown too: on a software adapter, which shares its cores, it is the relevant
+//! one. The papers' figures are printed for context, not for comparison: other scenes, other machines, other
+//! parts of the work.
 
 #![allow(clippy::print_stdout, reason = "a benchmark's output")]
 
@@ -27,7 +27,7 @@ use steradian_gpu::scene::{Backdrop, Path, Rate, Scene, Settings, Timings};
 use steradian_gpu::{Gpu, GpuError, Renderer};
 use steradian_techniques::{AnyBake, Material, View, registry};
 
-/// What the papers say, in their words where it matters.
+/// Figures from the papers, in their words where it matters.
 const PAPERS: &str = "\
 For context, from the papers (other scenes and machines):
   Green, Kautz & Durand 2007, fig. 5: 100K vertices, shadowed, 350 Hz on an NVidia 8800; sec. 6, fig. 6: 'about 1000 frames
@@ -169,7 +169,7 @@ fn cpu_ms() -> f64 {
     fields.skip(11).take(2).filter_map(|t| t.parse::<f64>().ok()).sum::<f64>() * 10.0
 }
 
-/// What the device does at most: a picture of one colour through the same target, and a copy.
+/// Upper bounds of the device: a picture of one colour through the same target, and a copy.
 fn roofs(gpu: &Gpu, (width, height): (usize, usize)) -> Result<(), GpuError> {
     for path in PATHS {
         let backdrop = Backdrop { colour: [0.5; 3], ..Backdrop::default() };

@@ -42,7 +42,7 @@ fn lights(count: usize) -> Direct {
 pub fn measure(gpu: &Gpu, (width, height): (usize, usize)) -> Result<(), Box<dyn std::error::Error>> {
     let case = case(height)?;
     let (mesh, bvh) = &case.mesh;
-    // Of five lights 16 million texels hold no more.
+    // For five lights larger maps would exceed 16 million texels.
     let maps = MapOptions { size: 512, ..MapOptions::default() };
     println!(
         "\nshadows: GPU ms at {width} x {height}, four samples a pixel, shaded once a pixel and triangle; point lights over a knot and a\n\

@@ -18,10 +18,10 @@ const FACES: [(Vec3, Vec3); 6] = [
 ];
 
 impl Surroundings {
-    /// What `renderer`'s scene shows from the point `from`, at the renderer's resolution (which must be
-    /// square); the pictures stay on the device, and the camera is put back. The light on the scene's own
-    /// surfaces is that of its techniques, so captures by turns with refilters carry it on from one to the
-    /// next.
+    /// Captures `renderer`'s scene from the point `from`, at the renderer's resolution (which must be
+    /// square); the pictures stay on the device, and the camera is restored. The scene's own surfaces are lit
+    /// by their techniques, so that captures alternating with refilters propagate light from one surface to
+    /// the next.
     pub fn captured(gpu: &Gpu, renderer: &mut Renderer, from: Vec3) -> Result<Self, GpuError> {
         let (_, [width, height]) = renderer.film();
         if width != height {

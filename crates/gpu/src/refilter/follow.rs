@@ -39,8 +39,8 @@ impl Follower {
         self.refilters.iter().any(|(r, _)| r.is_busy())
     }
 
-    /// Works within `budget`, of which each table that is not done has the same share, and hands what is
-    /// finished to the technique; `true` where anything was.
+    /// Works within `budget`, which is shared equally by the tables that are not done, and hands finished
+    /// ones to the technique; `true` where there were any.
     pub fn step(
         &mut self,
         gpu: &Gpu,

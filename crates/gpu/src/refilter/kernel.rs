@@ -1,4 +1,4 @@
-//! Kernels, and how well sums of Gaussians and low bands stand for them.
+//! Kernels, and their approximation by sums of Gaussians and low bands.
 
 use crate::GpuError;
 use steradian_numerics::dense;
@@ -62,16 +62,17 @@ pub(super) struct Mixture {
     pub weights: Vec<f64>,
     /// k_l − Σ w_j b_j(l) of the low bands.
     pub rest: Vec<f64>,
-    /// What higher bands miss, relative: √(Σ (2l+1)/(l+1)² e_l² / Σ (2l+1)/(l+1)² k_l²), the RMS error under
-    /// light whose bands fall like 1/l², as photographs' do.
+    /// Relative error of the higher bands: √(Σ (2l+1)/(l+1)² e_l² / Σ (2l+1)/(l+1)² k_l²), the RMS error
+    /// under light whose bands fall like 1/l², as photographs' do.
     pub error: f64,
 }
 
-/// Error of a Gaussian on its cube, relative, about: what makes large weights that cancel each other costly.
+/// Approximate relative error of a Gaussian on its cube: it penalises large weights that cancel each other.
 const NOISE: f64 = 0.02;
 
-/// Least squares in frequency space. Errors count between those of such light and those of a single point;
-/// low bands hardly, so that they do not bind the fit; large weights by the errors that they would let in.
+/// Least squares in frequency space. Weights of bands lie between those of natural light and of a single
+/// point; low bands hardly count, so that they do not constrain the fit; large weights are penalised by the
+/// errors that they would amplify.
 pub(super) fn fit(k: &[f64], basis: &[Vec<f64>], bands: usize) -> Mixture {
     let full = |l: usize| (2 * l + 1) as f64 / (l + 1) as f64;
     let weight = |l: usize| if l < bands { 1e-4 * full(l) } else { full(l) };
@@ -83,7 +84,7 @@ pub(super) fn fit(k: &[f64], basis: &[Vec<f64>], bands: usize) -> Mixture {
         system[i][i] += NOISE * NOISE * b.iter().enumerate().map(|(l, b)| full(l) * b * b).sum::<f64>();
     }
     let sides = basis.iter().map(|b| vec![dot(b, k)]).collect();
-    // What is added to the diagonal keeps the system regular.
+    // The added diagonal keeps the system regular.
     let weights = dense::solve(system, sides, 0.0).map_or_else(|| vec![0.0; n], |x| x.concat());
     let miss: Vec<f64> =
         (0..k.len()).map(|l| k[l] - weights.iter().zip(basis).map(|(w, b)| w * b[l]).sum::<f64>()).collect();
@@ -94,8 +95,8 @@ pub(super) fn fit(k: &[f64], basis: &[Vec<f64>], bands: usize) -> Mixture {
     Mixture { weights, rest: miss[..bands].to_vec(), error }
 }
 
-/// The variance v of the Gaussian exp(−l(l+1)v/2) nearest to a kernel, weighted as in [`fit`]: what picks a
-/// box.
+/// The variance v of the Gaussian exp(−l(l+1)v/2) nearest to a kernel, weighted as in [`fit`], by which a box
+/// is chosen.
 pub(super) fn variance(k: &[f64]) -> f64 {
     let off = |v: f64| -> f64 {
         let e = |(l, k): (usize, &f64)| {
@@ -120,7 +121,7 @@ mod tests {
     use super::*;
     use steradian_prefilter::{GgxMirror, Zonal};
 
-    /// Four Gaussians of doubling width and ten bands stand for GGX at every roughness that they reach.
+    /// Four Gaussians of doubling width and ten bands approximate GGX at every roughness within their range.
     #[test]
     fn gaussians_and_low_bands_stand_for_ggx() {
         let sigma0: f64 = 2.0 * std::f64::consts::FRAC_PI_2 / 128.0;

@@ -75,10 +75,10 @@ pub use follow::Follower;
 pub use plan::{Level, Method, Plan, ggx_levels};
 pub use surroundings::Surroundings;
 
-/// How much a step may do; at least one tile.
+/// Limit of the work of a step; a step does at least one tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Budget {
-    /// Milliseconds of the device, by what was measured in the steps before; the first step is one tile.
+    /// Milliseconds of the device, as measured in earlier steps; the first step is one tile.
     Milliseconds(f64),
     /// Texels read ([`Plan::reads`] has the whole chain's).
     Texels(u64),
@@ -89,7 +89,7 @@ pub enum Budget {
 /// A pass, the level that it serves (`None`: all), and milliseconds.
 pub type PassTime = (&'static str, Option<usize>, f64);
 
-/// The light of a chain, with what belongs to it.
+/// The light of a chain, with its data on the device.
 struct Lit {
     light: Surroundings,
     extras: wgpu::Buffer,
@@ -153,7 +153,7 @@ impl Refilter {
         self.shown.is_some()
     }
 
-    /// Share of the chain in the making that is done, 0 … 1.
+    /// Finished share of the chain that is being filtered, 0 … 1.
     pub fn progress(&self) -> f64 {
         let share = self.next as f64 / self.plan.work.tiles.len() as f64;
         if self.making.is_some() { share } else { 0.0 }
@@ -271,7 +271,7 @@ impl Refilter {
         Ok(())
     }
 
-    /// The tile after the last that the budget pays for, and the texels that these read.
+    /// Index after the last tile that the budget allows, and the number of texels read.
     fn affordable(&self, budget: Budget) -> (usize, u64) {
         let most = match budget {
             Budget::All => u64::MAX,

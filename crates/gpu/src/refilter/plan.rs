@@ -1,4 +1,4 @@
-//! What is computed in which order: the numbers of every pass, made once for a chain.
+//! Order of the computation: the numbers of every pass, computed once for a chain.
 
 use super::kernel;
 use super::program::{Builder, Job, Pass, Work};
@@ -7,7 +7,7 @@ use steradian_prefilter::Zonal;
 use steradian_technique::GpuTechnique;
 use steradian_technique::gpu::{Kernel, LightCube, Shape, Table};
 
-/// How the light is filtered.
+/// Method of filtering.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
     /// The level of a box mip chain whose width is nearest to the kernel's (K06): the cheapest and crudest,
@@ -28,15 +28,15 @@ pub enum Method {
 pub struct Level {
     /// Intervals per cube edge; a face has (size + 1)² samples.
     pub size: u32,
-    /// What it holds.
+    /// Kernel of the level.
     pub kernel: Kernel,
     /// Factor of all values.
     pub gain: f32,
 }
 
 /// Levels equally spaced in perceptual roughness from 0 (the light itself) to 1, each half the size of the
-/// one before, at least 16, but no smaller than bilinear lookup of a point's reflection needs to err by about
-/// a percent.
+/// one before. A level has at least 16 intervals, and no fewer than bilinear lookup of a point's reflection
+/// needs for an error of about a percent.
 pub fn ggx_levels(size: u32, count: usize) -> Vec<Level> {
     let last = count.max(2) - 1;
     let kernel = |k: usize| match k {
@@ -55,17 +55,18 @@ pub fn ggx_levels(size: u32, count: usize) -> Vec<Level> {
 
 /// Samples of the finest Gaussian per standard deviation.
 const FINENESS: f64 = 2.0;
-/// Standard deviations that a Gaussian reaches.
+/// Extent of a Gaussian's sum, in standard deviations.
 const REACH: f64 = 3.5;
 /// Intervals of the coarsest Gaussian's cube.
 const COARSEST: u32 = 16;
 /// Most bands of spherical harmonics (the shader's arrays).
 pub(super) const MOST_BANDS: usize = 16;
-/// Bands that mend the sums of Gaussians in cubes larger than [`SMALL`]; in others all do.
+/// Bands by which the sums of Gaussians are corrected in cubes larger than [`SMALL`]; in smaller ones all
+/// bands are.
 const LOW_BANDS: usize = 10;
-/// Intervals of cubes whose samples are few.
+/// Intervals up to which a cube counts as small.
 const SMALL: u32 = 64;
-/// Intervals of the cube that harmonics are projected from.
+/// Intervals of the cube from which harmonics are projected.
 const PROJECTED: u32 = 64;
 
 /// The passes of one chain.
@@ -122,7 +123,7 @@ impl Plan {
     }
 
     /// Gives `technique` an empty table `name` of this chain's sizes, ready for [`super::Refilter::deliver`]:
-    /// light that comes may be sharper than what the technique was baked for.
+    /// later light may be sharper than that which the technique was baked for.
     pub fn install(&self, technique: &mut GpuTechnique, name: &str) -> Result<(), GpuError> {
         let slug = technique.slug;
         let found = technique.tables.iter_mut().find(|t| t.name == name);
@@ -166,7 +167,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// How it filters.
+    /// Method of filtering.
     pub fn method(&self) -> Method {
         self.way
     }
@@ -176,8 +177,8 @@ impl Plan {
         &self.levels
     }
 
-    /// For each level the relative RMS error that the fit of its kernel causes under light whose bands fall
-    /// like 1/l²; 0 for mirrors, and not known (1) for boxes and paraboloids.
+    /// For each level the relative RMS error of the fit of its kernel under light whose bands fall like 1/l²;
+    /// 0 for mirrors, and unknown (1) for boxes and paraboloids.
     pub fn predicted(&self) -> &[f64] {
         &self.errors
     }
@@ -236,7 +237,7 @@ impl Plan {
         b.push(Job { reads: 1, outputs: 64, ..self.onto(k, Pass::Suns) });
     }
 
-    /// Levels by `other`, mirrors by themselves.
+    /// Filters levels by `other`, mirrors separately.
     fn each(
         &self,
         b: &mut Builder,

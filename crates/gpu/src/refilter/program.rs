@@ -16,7 +16,7 @@ pub(super) enum Pass {
     Mix,
     /// Cube → partial sums of coefficients.
     Project,
-    /// Sums of these.
+    /// Adds up partial sums.
     Sum,
     /// Coefficients → a technique's matrices.
     Quadric,
@@ -74,7 +74,7 @@ impl Pass {
     }
 }
 
-/// One dispatch: `struct Job` of the shaders, and what it costs.
+/// One dispatch: `struct Job` of the shaders, and its cost.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Job {
     pub pass: Pass,
@@ -121,10 +121,10 @@ pub(super) struct Tile {
 
 /// Threads of a workgroup.
 pub(super) const GROUP: u64 = 64;
-/// Texels that a tile reads, about: half a millisecond on a small device.
+/// Approximate number of texels that a tile reads: half a millisecond on a small device.
 const TILE: u64 = 1 << 20;
 
-/// All jobs with what they share.
+/// All jobs with their shared tables.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Work {
     pub jobs: Vec<Job>,
@@ -136,7 +136,7 @@ pub(super) struct Work {
     pub harmonics: u32,
 }
 
-/// Coefficients of most bands, then a technique's matrices; partial sums behind.
+/// Offset of a technique's matrices, after the coefficients of most bands; partial sums follow.
 pub(super) const QUADRIC: u32 = 256;
 pub(super) const PARTIAL: u32 = QUADRIC + 16;
 
@@ -172,9 +172,9 @@ impl Builder {
     }
 
     /// s = tan(πa/4) of the samples of an equiangular cube, and (1 + s²) times the weight of the sample:
-    /// factors of the solid angle dω = (π/4)² (1+s²)(1+t²)(1+s²+t²)^(−3/2) da db. Lines bend where faces
-    /// meet, so the weights are Gregory's, which integrate a face for itself: the trapezoid's would err by a
-    /// percent at the corners.
+    /// factors of the solid angle dω = (π/4)² (1+s²)(1+t²)(1+s²+t²)^(−3/2) da db. Coordinate lines bend where
+    /// faces meet, so the weights are Gregory's, which integrate each face on its own: those of the
+    /// trapezoidal rule would be off by a percent at the corners.
     pub fn even_weights(&mut self, n: u32) -> u32 {
         if let Some((_, at)) = self.even.iter().find(|(m, _)| *m == n) {
             return *at;

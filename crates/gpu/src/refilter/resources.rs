@@ -17,7 +17,7 @@ pub(super) const SHADERS: &str = concat!(
     include_str!("../shaders/refilter_box.wgsl"),
 );
 
-/// What stays the same from one light to the next.
+/// Resources that do not depend on the light.
 pub(super) struct Resources {
     layout: wgpu::BindGroupLayout,
     pipelines: Vec<wgpu::ComputePipeline>,
@@ -75,7 +75,7 @@ impl Resources {
         self.bind(gpu, &self.jobs, buffers)
     }
 
-    /// One job of its own, with its own tables and coefficients: a technique's matrices.
+    /// A single job with its own tables and coefficients, for a technique's matrices.
     pub fn lone(
         &self,
         gpu: &Gpu,

@@ -22,8 +22,8 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// Uploads distant light: the environment's image, disks and directional lights. A sky of another hour is
-    /// another call with what [`steradian_light::sky::by_name`] makes.
+    /// Uploads distant light: the environment's image, disks and directional lights. For a sky of another
+    /// hour call it again with the result of [`steradian_light::sky::by_name`].
     pub fn from_lights(gpu: &Gpu, lights: &Lights) -> Result<Self, GpuError> {
         if !lights.points.is_empty() {
             return Err(GpuError::Scene("environment maps have no place for point lights".into()));
@@ -93,7 +93,7 @@ impl Surroundings {
         out
     }
 
-    /// What suns add to the samples of mirrors: size, face, i, j and radiance, once for each size.
+    /// Contributions of suns to the samples of mirrors: size, face, i, j and radiance, once for each size.
     fn samples(&self, plan: &Plan) -> Vec<[[f32; 4]; 2]> {
         let mirrors = plan.levels().iter().filter(|l| l.kernel.zonal().is_none());
         let mut sizes: Vec<u32> = mirrors.map(|l| l.size).collect();

@@ -1,4 +1,4 @@
-//! How fast the device refilters, measured without waiting for it.
+//! Throughput of the device when it refilters, measured without waiting for it.
 
 use crate::{Gpu, layout};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -45,7 +45,7 @@ impl Throughput {
         Self { rate: None, pending: None, timing }
     }
 
-    /// Texels a millisecond, once known.
+    /// Texels a millisecond, once measured.
     pub fn rate(&self) -> Option<f64> {
         self.rate
     }
@@ -92,7 +92,7 @@ impl Throughput {
         }
     }
 
-    /// Takes in what has arrived; the newest measurement counts half.
+    /// Collects finished measurements; the newest counts half.
     pub fn collect(&mut self) {
         let Some(reads) = self.pending else { return };
         let Some(ms) = self.arrived() else { return };

@@ -4,7 +4,7 @@ use crate::scene::{Path, Rate, Scene, Settings};
 use glam::{Mat4, Vec3, Vec4};
 use steradian_scene::Camera;
 
-/// Nearest visible distance as a share of the scene's extent: far below what pictures show.
+/// Nearest visible distance relative to the scene's extent, too near to matter in pictures.
 const NEAR: f32 = 1e-5;
 
 /// `struct GpuCamera` for `scene` as `settings` show it.
@@ -31,7 +31,7 @@ pub fn uniforms(scene: &Scene, settings: &Settings) -> Vec<u8> {
     floats.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// Side of the square that one shaded point stands for, in pixels.
+/// Side, in pixels, of the square that one shaded point covers.
 fn footprint(settings: &Settings) -> f32 {
     let texel = 1.0 / settings.scale as f32;
     match (settings.rate, settings.path) {

@@ -3,7 +3,7 @@
 use crate::scene::Timings;
 use crate::{Gpu, GpuError};
 
-/// Passes that a frame may have.
+/// Most passes of a frame.
 const MOST: u32 = 64;
 
 /// Timestamps of the passes of one frame.

@@ -1,13 +1,13 @@
-//! Lists of what there is to shade, for the compute path: threads of a workgroup then shade alike, whereas a
-//! thread a pixel would wait for its neighbours or, on devices that execute both sides of a branch, shade
-//! what nobody sees. One list serves all objects and the backdrop in turn.
+//! Lists of the samples to shade, for the compute path: the threads of a workgroup then all shade, whereas
+//! with a thread a pixel they would wait for their neighbours or, on devices that execute both sides of a
+//! branch, shade samples that are not visible. One list serves all objects and the backdrop in turn.
 
 use super::passes;
 use super::target::Target;
 use crate::layout::{self, Slot, empty, filled};
 use crate::{Gpu, GpuError};
 
-/// Bytes from one head to the next: what every adapter allows as an offset.
+/// Bytes from one head to the next: an offset that every adapter allows.
 const STRIDE: u64 = 256;
 
 /// The list and its heads.
@@ -21,7 +21,7 @@ pub struct Jobs {
 }
 
 impl Jobs {
-    /// For objects of these numbers of triangles, and the backdrop as the last part.
+    /// Lists for objects of these numbers of triangles, with the backdrop as the last part.
     pub fn new(
         gpu: &Gpu,
         io: &wgpu::BindGroupLayout,

@@ -169,8 +169,8 @@ impl Renderer {
         self.update_uniforms(gpu, object, &technique.uniforms)
     }
 
-    /// Writes uniforms of a technique in place of those of the same names: what
-    /// [`steradian_technique::AnyBake::gpu_frame`] gives for a turned light or a moved view.
+    /// Replaces uniforms of a technique by those of the same names, from
+    /// [`steradian_technique::AnyBake::gpu_frame`] for a rotated light or a moved view.
     pub fn update_uniforms(&mut self, gpu: &Gpu, object: usize, new: &[Uniform]) -> Result<(), GpuError> {
         let (placed, _) = self.objects.get(object).ok_or_else(|| no_object(object))?;
         let technique = &mut self.scene.objects[object].technique;
@@ -239,7 +239,7 @@ impl Renderer {
         self.clock.read(gpu)
     }
 
-    /// What lights reach, where shadow volumes say it.
+    /// Draws the shadow volumes, if there are any.
     fn shadow(&mut self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(volumes) = &self.volumes {
             let (target, camera) = (&self.target, &self.scene.camera);

@@ -24,7 +24,7 @@ pub const SLOTS: [Slot; 4 + TEXTURES] = {
 pub struct Placed {
     /// Group 0.
     pub technique: TechniqueData,
-    /// What its pipelines are made of.
+    /// Program from which its pipelines are made.
     pub program: Program,
     /// Group 1.
     pub group: wgpu::BindGroup,

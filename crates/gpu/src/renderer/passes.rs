@@ -28,7 +28,7 @@ fn share(rate: Rate) -> String {
     format!("const GPU_SHARE: bool = {};\n", rate == Rate::Pixel)
 }
 
-/// What tells the technique's lights of shadow volumes.
+/// WGSL that reads the masks of shadow volumes.
 fn masks(program: &Program) -> &'static str {
     if program.volumes { MASKS } else { NO_MASKS }
 }
@@ -64,7 +64,7 @@ pub fn backdrop_compute_source(format: wgpu::TextureFormat) -> String {
     [CAMERA, BACKDROP, BACKDROP_BUFFERS, &compute_io(format), BACKDROP_COMPUTE].concat()
 }
 
-/// The pass that lists what there is to shade.
+/// The pass that lists the samples to shade.
 pub fn list_source(rate: Rate) -> String {
     ["alias GpuCounter = atomic<u32>;\n", HEAD, &share(rate), LIST].concat()
 }
@@ -75,14 +75,14 @@ fn compute_io(format: wgpu::TextureFormat) -> String {
     ["alias GpuCounter = u32;\n", HEAD, &target, COMPUTE].concat()
 }
 
-/// What shades an object.
+/// Pipeline that shades an object.
 #[derive(Clone)]
 pub enum Pipeline {
     Raster(wgpu::RenderPipeline),
     Compute(wgpu::ComputePipeline),
 }
 
-/// Layouts, and pipelines by what they are made of.
+/// Layouts, and pipelines by their programs.
 pub struct Passes {
     pub camera: wgpu::BindGroupLayout,
     pub object: wgpu::BindGroupLayout,

@@ -1,4 +1,4 @@
-//! Where samples go before they become pixels.
+//! Targets of samples, from which pixels are made.
 
 use crate::layout::empty;
 use crate::scene::{Depth, Path, Settings};
@@ -14,7 +14,7 @@ pub struct Target {
     pub format: wgpu::TextureFormat,
     /// Linear colour and coverage.
     pub colour: wgpu::TextureView,
-    /// Depth, with as many samples as what the raster pass writes.
+    /// Depth, with as many samples as the target of the raster pass.
     pub depth: wgpu::TextureView,
     /// Triangles of the compute path.
     pub ids: Option<wgpu::TextureView>,

@@ -1,11 +1,11 @@
-//! Shadow volumes: what each light reaches at every sample, drawn before surfaces are shaded.
+//! Shadow volumes: the visibility of each light at every sample, drawn before surfaces are shaded.
 //!
-//! Counted behind what is seen (z-fail: Bilodeau & Songy; Carmack 2000), with boundaries that reach
-//! infinitely far under a projection that does so too (Everitt & Kilgard 2002, *Practical and Robust
-//! Stenciled Shadow Volumes*), so that neither the near nor the far plane cuts any off. Counts are added up
-//! in a float target in place of a stencil (after Röttger, Irion & Ertl 2002, *Shadow Volumes Revisited*):
-//! they need no depth format that adapters may lack, do not wrap round at 256, and take sides that bound
-//! several prisms at once, as edges of open meshes and of more than two triangles do.
+//! Counted behind the visible surface (z-fail: Bilodeau & Songy; Carmack 2000), with boundaries that extend
+//! to infinity, as does the projection (Everitt & Kilgard 2002, *Practical and Robust Stenciled Shadow
+//! Volumes*), so that neither the near nor the far plane cuts any off. Counts are added up in a float target
+//! in place of a stencil (after Röttger, Irion & Ertl 2002, *Shadow Volumes Revisited*): they need no depth
+//! format that adapters may lack, do not wrap round at 256, and take sides that bound several prisms at once,
+//! as edges of open meshes and of more than two triangles do.
 
 use super::object::Placed;
 use super::passes::{self, Passes};
@@ -26,9 +26,9 @@ const KEEP: &str = include_str!("../shaders/volumes_keep.wgsl");
 const MULTI: &str = include_str!("../shaders/volumes_multi.wgsl");
 const SINGLE: &str = include_str!("../shaders/volumes_single.wgsl");
 
-/// Whole numbers up to 2048 are exact in it, and every adapter adds them.
+/// Format of the counts: integers up to 2048 are exact in it, and every adapter can blend it.
 const COUNTS: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
-/// How far away what is infinitely far is drawn under parallel rays, in diagonals of the mesh.
+/// Distance, in diagonals of the mesh, at which points at infinity are drawn under parallel rays.
 const FAR: f32 = 1000.0;
 
 /// The pass that counts.
@@ -36,12 +36,12 @@ pub fn draw_source() -> String {
     [CAMERA, VOLUME, DRAW].concat()
 }
 
-/// The pass that keeps what was counted, of a target with `multi` samples a texel or one.
+/// The pass that stores the counts, of a target with `multi` samples a texel or one.
 pub fn keep_source(multi: bool) -> String {
     [if multi { MULTI } else { SINGLE }, VOLUME, KEEP].concat()
 }
 
-/// What shadows each sample.
+/// Masks of the lights that do not reach each sample.
 pub fn masks(gpu: &Gpu, scene: &Scene, target: &Target) -> Result<Option<wgpu::Buffer>, GpuError> {
     let Some(volumes) = &scene.volumes else {
         if scene.objects.iter().any(|o| is_behind_volumes(&o.technique)) {
@@ -70,7 +70,7 @@ pub struct Volumes {
     /// Writes depths alone, where no other pass writes those of all objects before they are shaded.
     depth: Option<wgpu::RenderPipeline>,
     draw: wgpu::RenderPipeline,
-    /// The same where depth does not end: under parallel rays, whose far plane is near.
+    /// The draw pipeline for parallel rays, whose far plane is at a finite distance.
     draw_parallel: Option<wgpu::RenderPipeline>,
     keep: wgpu::ComputePipeline,
     counts: wgpu::TextureView,
@@ -145,8 +145,8 @@ impl Volumes {
         }
     }
 
-    /// Draws them, behind what other passes have written to the depth of `target`, or this one has of
-    /// `objects`.
+    /// Draws the volumes against the depth of `target`, which earlier passes wrote, or which this pass writes
+    /// from `objects`.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -272,7 +272,7 @@ fn depths(gpu: &Gpu, passes: &Passes, samples: u32) -> wgpu::RenderPipeline {
     })
 }
 
-/// Counts what lies at the depth that is seen or behind it; depth is reversed.
+/// Counts boundaries at the visible depth or behind it; depth is reversed.
 fn counting(
     gpu: &Gpu,
     module: &wgpu::ShaderModule,

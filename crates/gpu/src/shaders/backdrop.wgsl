@@ -1,4 +1,4 @@
-// What the camera sees beside the objects: a lat-long image, looked up as on the CPU, and disks in front of it.
+// Background of the objects: a lat-long image, looked up as on the CPU, and disks in front of it.
 struct GpuBackdrop {
     colour: vec4<f32>,
     // Disks, 1 where there is an image.
@@ -15,8 +15,8 @@ fn gpu_catmull_rom(t: f32) -> vec4<f32> {
     return 0.5 * vec4<f32>(2.0 * t2 - t3 - t, 3.0 * t3 - 5.0 * t2 + 2.0, 4.0 * t2 - 3.0 * t3 + t, t3 - t2);
 }
 
-// The cubic through four values, within the range of the two in the middle: its negative lobes draw rims beside sharp
-// edges. Limited row by row and then between the rows, the lookup is continuous.
+// The cubic through four values, clamped to the range of the two in the middle: its negative lobes would draw
+// rims along sharp edges. Limited row by row and then between the rows, the lookup is continuous.
 fn gpu_limited(w: vec4<f32>, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>) -> vec3<f32> {
     return clamp(w.x * a + w.y * b + w.z * c + w.w * d, min(b, c), max(b, c));
 }

@@ -9,8 +9,8 @@ struct GpuCamera {
     up: vec4<f32>,
     // w: angle of a pixel, radians.
     forward: vec4<f32>,
-    // Film width and height in pixels, target texels per pixel and axis, and the side of the square that a
-    // shaded point stands for in pixels.
+    // Film width and height in pixels, target texels per pixel and axis, and the side, in pixels, of the
+    // square that a shaded point covers.
     film: vec4<f32>,
     // World → light.
     turn: mat3x3<f32>,

@@ -7,7 +7,7 @@ fn gpu_hit(ray: GpuRay, c: vec3<u32>) -> vec2<f32> {
     let h = cross(ray.direction, f);
     let q = cross(s, e);
     let d = dot(e, h);
-    // The hit is known; rounding must not lead out of the triangle.
+    // The ray hits the triangle for certain; rounding must not lead out of it.
     let u = clamp(dot(s, h) / d, 0.0, 1.0);
     return vec2<f32>(u, clamp(dot(ray.direction, q) / d, 0.0, 1.0 - u));
 }

@@ -7,7 +7,7 @@ struct GpuLight {
 }
 
 struct GpuLights {
-    // Their number.
+    // Number of lights, in x.
     counts: vec4<u32>,
     // Gauss-Legendre nodes and weights on 0 ... 1; the rule of n = 1, 2, 4, 8, 16, 32 starts at n - 1.
     gauss: array<vec4<f32>, 63>,

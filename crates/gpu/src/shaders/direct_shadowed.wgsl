@@ -1,10 +1,11 @@
 
-// Lights behind what the technique's library says of them: the twin of steradian_technique::direct::Place.
+// Shadows of the lights by the technique's library: the twin of steradian_technique::direct::Place.
 fn gpu_arriving(p: vec3<f32>, n: vec3<f32>, d: vec3<f32>, distance: f32) -> f32 {
     return light_arriving(p, n, d, distance);
 }
 
-// The integral over a disk, times the part that arrives of the reflected light of so many of its directions.
+// The integral over a disk, times the share of its reflected light that is not blocked, measured by 8 or 64
+// rays.
 fn gpu_seen_disk(disk: vec4<f32>, frame: mat3x3<f32>, o: vec3<f32>, n: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     let whole = gpu_disk(frame * disk.xyz, disk.w, o);
     if all(whole == vec3<f32>(0.0)) {

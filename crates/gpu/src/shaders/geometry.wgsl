@@ -4,15 +4,15 @@ struct GpuObject {
     model: mat4x4<f32>,
     // Cofactors of the model's linear part, times the sign of its determinant.
     normals: mat3x3<f32>,
-    // First id of its triangles, their number, filtering of normals (0 none, 1 isotropic, 2 covariance) and 4 with vertex
-    // colours, 1 where the model mirrors.
+    // First id of its triangles, their number, filtering of normals (0 none, 1 isotropic, 2 covariance; 4 is
+    // added with vertex colours), and 1 where the model mirrors.
     counts: vec4<u32>,
-    // Of each texture below.
+    // The object's textures, by the indices below.
     images: array<GpuImage, 7>,
 }
 
-// Levels of a texture (0: there is none), rows of the finest, and what lies beyond the unit square in u (two bits) and v:
-// 0 repeats, 1 mirrors, 2 clamps.
+// Levels of a texture (0: there is none), rows of the finest, and the wrap mode in u (two bits) and v: 0
+// repeats, 1 mirrors, 2 clamps.
 struct GpuImage {
     levels: u32,
     rows: u32,

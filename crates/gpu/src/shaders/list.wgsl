@@ -1,4 +1,4 @@
-// Lists what there is to shade of one object, so that threads that shade have neighbours that shade.
+// Lists the samples of one object that must be shaded, so that threads that shade have neighbours that shade.
 @group(0) @binding(0) var gpu_ids: texture_2d<u32>;
 @group(0) @binding(1) var<storage, read_write> gpu_jobs: array<u32>;
 @group(0) @binding(2) var<storage, read_write> gpu_head: GpuHead;

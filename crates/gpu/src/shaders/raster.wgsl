@@ -7,7 +7,7 @@ fn gpu_offset(mask: u32) -> vec2<f32> {
     return vec2<f32>(x, y) / max(dot(taken, vec4<f32>(1.0)), 1.0);
 }
 
-// What a fragment that stands for the samples in `mask` shows.
+// Colour of a fragment that covers the samples in `mask`.
 fn gpu_shown(v: GpuVarying, front: bool, mask: u32) -> vec4<f32> {
     let outside = front != (gpu_object.counts.w > 0u);
     let side = select(-1.0, 1.0, outside);
@@ -28,7 +28,7 @@ fn gpu_shown(v: GpuVarying, front: bool, mask: u32) -> vec4<f32> {
         if abs(towards) > 1e-6 {
             s.p = ray.origin + ray.direction * (dot(s.plane.xyz, gpu_position(s.corners.x) - ray.origin) / towards);
         }
-        // Interpolation leaves the triangle by more than what keeps rays off it.
+        // Interpolation can move the point off the triangle by more than the offset of rays.
         s.p -= s.plane.xyz * dot(s.plane.xyz, s.p - gpu_position(s.corners.x));
     }
     gpu_shadows(vec2<u32>(v.position.xy), vec2<u32>(gpu_camera.film.xy * gpu_camera.film.z), mask);

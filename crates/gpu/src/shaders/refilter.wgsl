@@ -1,5 +1,5 @@
-// What all passes of the refilter share: one job's numbers, the buffers, cubes and kernels. Every output is a
-// function of its index alone, so that tiles in any number and order give the same bits as one pass.
+// Common parts of all passes of the refilter: one job's numbers, the buffers, cubes and kernels. Every output
+// is a function of its index alone, so that tiles in any number and order give the same bits as one pass.
 struct Job {
     // First output, one past the last, intervals of the cube written, intervals of the cube read.
     span: vec4<u32>,
@@ -17,7 +17,7 @@ struct Job {
 @group(0) @binding(0) var<uniform> job: Job;
 // The light: texels of a lat-long image or of six faces.
 @group(0) @binding(1) var<storage, read> light: array<vec4<f32>>;
-// Cubes and maps on the way.
+// Intermediate cubes and maps.
 @group(0) @binding(2) var<storage, read_write> maps: array<vec4<f32>>;
 // The chain as the technique's atlas has it: rows of `place.z`, faces of `place.w` rows.
 @group(0) @binding(3) var<storage, read_write> chain: array<vec4<f32>>;
@@ -25,8 +25,8 @@ struct Job {
 @group(0) @binding(4) var<storage, read> tables: array<vec4<f32>>;
 // Partial sums and coefficients.
 @group(0) @binding(5) var<storage, read_write> harmonics: array<vec4<f32>>;
-// What comes with the light. 0: points, extra samples, 1 where nothing is negative, their coefficients' bands.
-// 1: 0 lat-long or 1 faces, width, height, angle of a texel. Then a point's direction and its flux; a sample's
+// Data of the light. 0: points, extra samples, 1 where nothing is negative, their coefficients' bands. 1: 0
+// lat-long or 1 faces, width, height, angle of a texel. Then a point's direction and its flux; a sample's
 // place (bits) and its radiance; coefficients.
 @group(0) @binding(6) var<storage, read> extras: array<vec4<f32>>;
 
@@ -66,8 +66,8 @@ fn face_of(d: vec3<f32>) -> u32 {
     return select(4u, 5u, d.z < 0.0);
 }
 
-// Cubes on the way are equiangular: steps of equal angle along the middle of a face, cells of nearly equal size.
-// Edges are exactly 1, so that neighbours share bits.
+// Intermediate cubes are equiangular: steps of equal angle along the middle of a face, cells of nearly equal
+// size. Edges are exactly 1, so that neighbours share bits.
 fn warp(a: f32) -> f32 {
     return select(tan(QUARTER_PI * a), a, abs(a) == 1.0);
 }
@@ -95,7 +95,7 @@ fn even_direction(at: vec3<u32>, n: u32) -> vec3<f32> {
     return normalize(from_face(at.x, vec3<f32>(warp2(along(at.yz, n)), 1.0)));
 }
 
-// The direction of lattice sample k of the ordinary cube: what techniques look up.
+// The direction of lattice sample k of the ordinary cube, as techniques look it up.
 fn chain_direction(at: vec3<u32>, n: u32) -> vec3<f32> {
     return normalize(from_face(at.x, vec3<f32>(along(at.yz, n), 1.0)));
 }
@@ -105,7 +105,8 @@ fn chain_index(at: vec3<u32>) -> u32 {
     return (at.x * job.place.w + job.place.y + at.z) * job.place.z + job.place.x + at.y;
 }
 
-// The kernel at half the squared chord q = 1 - cos: Gaussians (GKD07), STAR04 eq. 25 and Karis 2013, as `steradian_prefilter` has them.
+// The kernel at half the squared chord q = 1 - cos: Gaussians (GKD07), STAR04 eq. 25 and Karis 2013, as
+// `steradian_prefilter` has them.
 fn kernel_at(q: f32) -> f32 {
     if job.kernel.x > 1.5 {
         return job.kernel.z * exp(-job.kernel.y * q);
@@ -123,7 +124,7 @@ fn kernel_at(q: f32) -> f32 {
     return job.kernel.z * a2 / (d * d) * x;
 }
 
-// Suns and directional lights, each as points: exact, whatever filters the image.
+// Radiance of suns and directional lights, each of them as points: exact, whichever method filters the image.
 fn points_at(d: vec3<f32>) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
     let count = u32(extras[0].x);
@@ -134,7 +135,8 @@ fn points_at(d: vec3<f32>) -> vec3<f32> {
     return sum;
 }
 
-// Writes a sample of the chain: image and points, the gain, and no light below zero unless the image has some.
+// Writes a sample of the chain: the image, clamped to 0 unless it has negative light, plus the points, times
+// the gain.
 fn put_chain(at: vec3<u32>, d: vec3<f32>, image: vec3<f32>) {
     let floored = select(image, max(image, vec3<f32>(0.0)), extras[0].z > 0.5);
     chain[chain_index(at)] = vec4<f32>(job.kernel.w * (floored + points_at(d)), 1.0);

@@ -1,5 +1,5 @@
-// Box mips on an ordinary cube with texels inside its faces, as graphics hardware makes them, and the dual-paraboloid
-// filter that reads them.
+// Box-filtered mips on an ordinary cube with texels inside its faces, as graphics hardware makes them, and
+// the dual-paraboloid filter that reads them.
 
 // Texel k of six faces of n x n: face, i, j.
 fn texel(k: u32, n: u32) -> vec3<u32> {
@@ -69,7 +69,7 @@ fn box_level(d: vec3<f32>, offset: u32, n: u32) -> vec3<f32> {
     return mix(top, mix(maps[a + e.y * n + c.x].xyz, maps[a + e.y * n + e.x].xyz, w.x), w.y);
 }
 
-// Between two levels; their offsets and sizes in `tables` at x.
+// Lookup between two levels, whose offsets and sizes are in `tables` at x.
 fn box_between(d: vec3<f32>, level: f32) -> vec3<f32> {
     let last = job.tables.w - 1u;
     let l = clamp(level, 0.0, f32(last));
@@ -79,7 +79,7 @@ fn box_between(d: vec3<f32>, level: f32) -> vec3<f32> {
     return mix(box_level(d, u32(a.x), u32(a.y)), box_level(d, u32(b.x), u32(b.y)), l - f32(i));
 }
 
-// A level of the chain: a level of the box mips. a.x: which.
+// A level of the chain from level a.x of the box mips.
 @compute @workgroup_size(64)
 fn refilter_boxed(@builtin(global_invocation_id) id: vec3<u32>) {
     let k = job.span.x + id.x;
@@ -119,9 +119,9 @@ fn refilter_parabola(@builtin(global_invocation_id) id: vec3<u32>) {
     maps[job.at.x + k] = vec4<f32>(box_between(parabolic_direction(p), level), 1.0);
 }
 
-// Two kernels in the plane, the one that fits the centre (an angle is twice a length there) and the one that fits the
-// rim (equal), blended by the square of the distance (STAR04 7.4.2; Kautz, Vazquez, Heidrich & Seidel 2000).
-// at.z: reach in texels.
+// Two kernels in the plane, one that fits the centre (where an angle is twice a length) and one that fits the
+// rim (where they are equal), blended by the square of the distance (STAR04 7.4.2; Kautz, Vazquez, Heidrich &
+// Seidel 2000). at.z: reach in texels.
 @compute @workgroup_size(64)
 fn refilter_lobes(@builtin(global_invocation_id) id: vec3<u32>) {
     let k = job.span.x + id.x;

@@ -4,9 +4,10 @@ fn even_weight(k: u32) -> vec2<f32> {
     return tables[job.tables.x + k].xy;
 }
 
-// One sample of the next Gaussian: all samples of the cube read within its reach, face by face, by their solid angles.
-// a: concentration, reach as half the squared chord, sine of the reach (1 beyond a quarter turn), value
-// at the reach, which is taken off: a step there would count samples by chance.
+// One sample of the next Gaussian: all samples of the cube read within its reach, face by face, by their
+// solid angles. a: concentration, reach as half the squared chord, sine of the reach (1 beyond a quarter
+// turn), value at the reach, which is subtracted: with a step there, rounding would decide which samples
+// count.
 @compute @workgroup_size(64)
 fn refilter_gauss(@builtin(global_invocation_id) id: vec3<u32>) {
     let k = job.span.x + id.x;
@@ -82,7 +83,7 @@ fn cubic(d: vec3<f32>, offset: u32, n: u32) -> vec3<f32> {
     return sum;
 }
 
-// A level of the chain: weighted Gaussians, and spherical harmonics for the low bands that these miss.
+// A level of the chain: weighted Gaussians, and spherical harmonics for the error of these in the low bands.
 @compute @workgroup_size(64)
 fn refilter_mix(@builtin(global_invocation_id) id: vec3<u32>) {
     let k = job.span.x + id.x;

@@ -1,4 +1,4 @@
-// One sample a texel.
+// Targets with one sample a texel.
 alias GpuSource = texture_2d<f32>;
 const GPU_SAMPLES: i32 = 1;
 const GPU_POSITIONS = array<vec2<f32>, 1>(vec2<f32>(0.5, 0.5));

@@ -1,4 +1,5 @@
-// What shadow volumes left of each light, for the samples of a pixel or quad that are shaded together.
+// Masks of shadow volumes: the visibility of each light, for the samples of a pixel or quad that are shaded
+// together.
 @group(2) @binding(4) var<storage, read> gpu_masks: array<u32>;
 
 fn gpu_shadows(at: vec2<u32>, size: vec2<u32>, samples: u32) {

@@ -1,4 +1,4 @@
-// From an interpolated surface to radiance: the twin of what the CPU renderer does at a hit.
+// From an interpolated surface to radiance: the twin of the CPU renderer's shading of a hit.
 struct GpuPoint {
     p: vec3<f32>,
     n: vec3<f32>,
@@ -108,7 +108,7 @@ fn gpu_radiance(s: GpuPoint) -> vec3<f32> {
     let away = gpu_camera.origin.xyz - s.p;
     let wo = select(normalize(away), -gpu_camera.forward.xyz, gpu_camera.origin.w > 0.0);
     let outward = gpu_outward(s);
-    // Side of the square on the surface that this point stands for, in metres.
+    // Side, in metres, of the square on the surface that this point covers.
     let spacing = gpu_camera.film.w * gpu_camera.up.w * select(length(away), 1.0, gpu_camera.origin.w > 0.0);
     let footprint = spacing / sqrt(max(abs(dot(s.plane.xyz, wo)), 0.05));
     let look = gpu_look(s, outward, wo, footprint);

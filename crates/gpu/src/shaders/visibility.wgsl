@@ -1,6 +1,6 @@
 // The visibility buffer: which triangle each sample sees, 0 for none.
 struct GpuSeen {
-    // Shadow volumes are drawn to the same depths.
+    // The position is invariant: shadow volumes are drawn to the same depths.
     @builtin(position) @invariant position: vec4<f32>,
     @location(0) @interpolate(flat) id: u32,
 }

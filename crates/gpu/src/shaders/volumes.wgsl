@@ -4,6 +4,6 @@ struct GpuVolume {
     light: vec4<f32>,
     // Caps, sides, number of the light, unused.
     counts: vec4<u32>,
-    // x: w of what is far away from parallel rays, which would see what is infinitely far as nothing.
+    // x: w of points at infinity under parallel rays, for which w = 0 would not be visible.
     far: vec4<f32>,
 }

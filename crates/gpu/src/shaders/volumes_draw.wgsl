@@ -1,5 +1,5 @@
-// Counts, at each sample, the prisms behind light-blocking triangles that hold what is seen there: of the pieces of their boundary
-// that lie at its depth or behind it, those that lead out less those that lead in (z-fail).
+// Counts, at each sample, the prisms behind light-blocking triangles that contain the visible point: of the
+// pieces of their boundary at its depth or behind it, those that lead out less those that lead in (z-fail).
 @group(0) @binding(0) var<uniform> gpu_volume: GpuVolume;
 @group(0) @binding(1) var<storage, read> gpu_places: array<f32>;
 // Corners of caps and their number; two corners of sides, 0, and their number.
@@ -14,7 +14,7 @@ fn gpu_near(v: i32) -> vec4<f32> {
     return vec4<f32>(gpu_places[3 * v], gpu_places[3 * v + 1], gpu_places[3 * v + 2], 1.0);
 }
 
-// The same corner, as far from the light as can be.
+// The corner moved away from the light as far as possible.
 fn gpu_far(v: i32) -> vec4<f32> {
     let p = gpu_near(v);
     let l = gpu_volume.light;

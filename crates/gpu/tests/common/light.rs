@@ -1,4 +1,4 @@
-//! Lights to refilter, and the exact filter beside them.
+//! Lights to refilter, and the exact filter to compare with.
 
 #![allow(dead_code, reason = "each binary uses its part")]
 
@@ -20,14 +20,14 @@ pub fn room_with_window() -> Lights {
     Environment { image }.into()
 }
 
-/// The same with a sun.
+/// These lights with a sun.
 pub fn with_sun(mut lights: Lights) -> Lights {
     let direction = DVec3::new(0.5, 0.7, -0.45).normalize();
     lights.disks.push(DiskLight { direction, angular_radius: 0.02, radiance: [900.0, 800.0, 500.0] });
     lights
 }
 
-/// The light's hierarchy, suns beside it.
+/// Hierarchy of the light, suns included.
 pub fn tree(lights: &Lights) -> Tree {
     let suns: Vec<SmallLight> = lights.disks.iter().map(SmallLight::from).collect();
     Tree::new(lights.environment.as_ref().map(|e| &e.image), &suns, &Task::quiet()).expect("nobody cancels")

@@ -21,12 +21,12 @@ pub fn gpu() -> Result<&'static Gpu, GpuError> {
     GPU.get_or_init(Gpu::open).as_ref().map_err(Clone::clone)
 }
 
-/// Runs this program again without the optimisation of shaders by Mesa's software Vulkan, and ends as that
-/// does.
+/// Runs this program again without the optimisation of shaders by Mesa's software Vulkan, and exits with its
+/// status.
 ///
-/// Tests that run hundreds of shaders once each spend most of their time in it: with it left out, techniques
-/// beside their twins take 270 processor seconds in place of 428, maps 67 for 107, reflectances 32 for 97.
-/// Programs that draw much gain nothing.
+/// Tests that run hundreds of shaders once each spend most of their time in it: without it, the tests of
+/// techniques against their twins take 270 processor seconds in place of 428, maps 67 for 107, reflectances
+/// 32 for 97. Programs that draw much gain nothing.
 pub fn with_unoptimised_shaders() {
     const OPTIONS: &str = "GALLIVM_PERF";
     if std::env::var_os(OPTIONS).is_some() {
@@ -35,7 +35,7 @@ pub fn with_unoptimised_shaders() {
     let again = std::env::current_exe().and_then(|program| {
         Command::new(program).args(std::env::args_os().skip(1)).env(OPTIONS, "nopt").status()
     });
-    // Without the second program the first one goes on, slower.
+    // If it cannot be started, this process goes on, slower.
     if let Ok(status) = again {
         std::process::exit(status.code().unwrap_or(1));
     }

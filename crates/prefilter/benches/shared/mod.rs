@@ -1,4 +1,4 @@
-//! What the benches share: lights, and times on one thread.
+//! Common code of the benches: lights, and times on one thread.
 
 #![allow(dead_code, reason = "each bench uses a part")]
 
@@ -41,7 +41,8 @@ pub fn on_one_thread<R: Send>(f: impl FnOnce() -> R + Send) -> R {
     rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread starts").install(f)
 }
 
-/// A formula (`studio`, `sky`, …) or a file, as a lat-long image of `rows` rows and suns beside it.
+/// The light of a formula (`studio`, `sky`, …) or a file, as a lat-long image of `rows` rows and suns in
+/// addition.
 pub fn lights(spec: &str, rows: usize) -> Lights {
     if sky::is_name(spec) {
         let made = sky::by_name(spec, 2 * rows, rows).expect("the spec is right");

@@ -9,7 +9,7 @@ use steradian_sphere::SphereImage;
 /// Part of the angle over which a kernel varies that counts as one piece: the error falls as its square.
 const PIECE: f64 = 0.5;
 
-/// About the relative error of [`convolve_at`] where the light is not negative.
+/// Approximate relative error of [`convolve_at`], where the light is not negative.
 pub const ERROR: f64 = 1e-3;
 
 /// ∫ L(wi) K(d·wi) dwi over the light of `tree`, to about [`ERROR`].
@@ -25,8 +25,8 @@ pub fn convolve_at(tree: &Tree, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     tree.integrate(scale, |wi| [kernel.value(d.dot(wi)); 3])
 }
 
-/// The angle, radians, whose half has sine `y`, to within 4e-4: what decides how much of a light is taken
-/// together needs no more.
+/// The angle, radians, whose half has sine `y`, to within 4e-4: enough to decide which parts of the light are
+/// treated as points.
 #[inline]
 pub fn angle(y: f64) -> f64 {
     if y < 0.5 {
@@ -38,7 +38,7 @@ pub fn angle(y: f64) -> f64 {
     PI - 2.0 * (2.0 * z).sqrt() * (1.0 + z * (1.0 / 12.0 + z * (3.0 / 160.0 + z * (5.0 / 896.0))))
 }
 
-/// The same by summing every texel at its centre: no hierarchy, for tests.
+/// Sums over every texel at its centre, without a hierarchy, for tests.
 pub fn brute_force(image: &SphereImage, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     use steradian_sphere::layout::Position;
     let mut sum = [0.0; 3];

@@ -22,8 +22,8 @@ pub struct CubeArray {
 }
 
 /// ∫ L(wi) K_j(d·wi) dwi over d for every kernel j, given by its coefficients k_0 … k_F; F is at most the
-/// source's order. Small lights are part of the spectrum: kernels that bands up to F hold do not ring about
-/// them. Negative sums are set to zero where the light has none.
+/// source's order. Small lights are part of the spectrum: kernels without energy beyond band F do not ring
+/// about them. Negative sums are set to zero where the light is not negative.
 pub fn cube_array(
     source: &Source,
     kernels: &[Vec<f64>],
@@ -71,7 +71,7 @@ mod tests {
     use steradian_light::{DiskLight, Environment, Lights};
     use steradian_sphere::{Layout, SphereImage};
 
-    /// The same maps as one filter at a time makes.
+    /// The stack equals maps that are filtered one at a time.
     #[test]
     fn a_stack_is_its_maps() {
         let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |d| {

@@ -24,8 +24,8 @@ pub fn spacing(size: usize) -> f64 {
     (4.0 * std::f64::consts::PI / 6.0).sqrt() / size as f64
 }
 
-/// A sample as a point of the integer lattice −size … size on the surface of the cube; samples that faces
-/// share are the same point.
+/// A sample as a point of the integer lattice −size … size on the surface of the cube; a sample that several
+/// faces share is one point.
 type Lattice = [i64; 3];
 
 fn lattice(size: usize, face: usize, i: usize, j: usize) -> Lattice {
@@ -41,7 +41,7 @@ fn lattice(size: usize, face: usize, i: usize, j: usize) -> Lattice {
     }
 }
 
-/// Where `face` holds a lattice point, if it does.
+/// Column and row of a lattice point on `face`; `None` where it is not on it.
 fn on_face(size: usize, face: usize, [x, y, z]: Lattice) -> Option<(usize, usize)> {
     let n = size as i64;
     let (m, s, t) = match face {
@@ -61,7 +61,7 @@ pub fn direction(size: usize, face: usize, i: usize, j: usize) -> DVec3 {
     DVec3::new(x as f64, y as f64, z as f64).normalize()
 }
 
-/// The solid angle that a sample stands for: the integral of its bilinear weight, 2 × 2 Gauss points a cell.
+/// The solid angle of a sample: the integral of its bilinear weight, 2 × 2 Gauss points a cell.
 fn solid_angle(size: usize, p: Lattice) -> f64 {
     let n = size as f64;
     let g = 0.5 / 3.0_f64.sqrt();
@@ -103,11 +103,11 @@ pub fn face_position(d: [f32; 3]) -> (usize, f32, f32) {
 impl EdgeCube {
     /// Samples of `f`, in parallel; `size` ≥ 1.
     pub fn from_fn(size: usize, f: impl Fn(DVec3) -> [f64; 3] + Sync) -> Self {
-        // A task that nobody else holds is not cancelled.
+        // A quiet task cannot be cancelled.
         Self::try_from_fn(size, &Task::quiet(), f).unwrap_or_default()
     }
 
-    /// The same for functions that take long: it may be cancelled between rows.
+    /// [`EdgeCube::from_fn`] for slow functions: it may be cancelled between rows.
     pub fn try_from_fn(
         size: usize,
         task: &Task,
@@ -128,8 +128,8 @@ impl EdgeCube {
         Ok(Self { size, texels: rows.concat() })
     }
 
-    /// Each sample is the mean of `image` over the quadrilateral that it stands for: the four half-size
-    /// texels that meet at it (of two faces on an edge, of three at a corner).
+    /// Each sample is the mean of `image` over the sample's quadrilateral: the four half-size texels that
+    /// meet at it (of two faces on an edge, of three at a corner).
     pub fn from_image(image: &SphereImage, size: usize) -> Self {
         let size = size.max(1);
         let fine = image.resample(Layout::Cube, 2 * size, 2 * size);
@@ -166,8 +166,8 @@ impl EdgeCube {
         &self.texels
     }
 
-    /// Adds a small light: its flux goes to the samples as bilinear lookup weighs them, divided by the solid
-    /// angle that each stands for, so the integral of lookups grows by the flux.
+    /// Adds a small light: its flux is distributed over the samples by the weights of bilinear lookup, and
+    /// divided by their solid angles, so the integral of lookups grows by the flux.
     pub fn add(&mut self, small_light: &SmallLight) {
         let mut shares: BTreeMap<Lattice, f64> = BTreeMap::new();
         let rings = (4.0 * small_light.radius / spacing(self.size)).ceil().clamp(1.0, 64.0) as usize;

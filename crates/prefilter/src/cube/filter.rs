@@ -17,11 +17,11 @@ use steradian_sphere::sh::{self, ShRgb};
 pub enum Size {
     /// Given.
     Fixed(usize),
-    /// The smallest power of two in 4 … this whose interpolation meets the tolerance.
+    /// The smallest power of two, from 4 to this, whose interpolation error meets the tolerance.
     UpTo(usize),
 }
 
-/// How a map was filtered.
+/// Method by which a map was filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CubeMethod {
     /// By spherical harmonics.
@@ -33,12 +33,12 @@ pub enum CubeMethod {
     Angular,
 }
 
-/// A filtered map and what is known of it.
+/// A filtered map and its estimated errors.
 #[derive(Debug, Clone)]
 pub struct Filtered {
     /// ∫ L(wi) K(d·wi) dwi over d.
     pub cube: EdgeCube,
-    /// How.
+    /// Method of filtering.
     pub way: CubeMethod,
     /// Bound of the relative RMS error by the bands left out; of the angular way, about its error.
     pub tail: f64,
@@ -48,8 +48,8 @@ pub struct Filtered {
     pub clipped: f64,
 }
 
-/// Convolves `source` with `kernel` to relative RMS error `tolerance`. The angular way needs `tree` and is
-/// taken only where the tolerance needs it and it is the better one.
+/// Convolves `source` with `kernel` to relative RMS error `tolerance`. The angular method needs `tree`, and
+/// is used only where the tolerance requires it and it is the better one.
 pub fn filter(
     source: &Source,
     tree: &Tree,
@@ -61,10 +61,10 @@ pub fn filter(
     filter_within(source, tree, kernel, (size, usize::MAX), tolerance, task)
 }
 
-/// [`filter`] with at most `direct` directions summed one by one, each of which may take milliseconds (a
-/// kernel of a narrow peak and a wide foot visits ten thousand parts of the light). Where the angular way is
-/// wanted, the map has no more texels than that; where so few would lose more by interpolation than the bands
-/// beyond the spectrum hold, the spectrum is taken as far as it goes.
+/// [`filter`] with at most `direct` directions integrated one by one, each of which may take milliseconds (a
+/// kernel of a narrow peak and a wide foot visits ten thousand parts of the light). Where the angular method
+/// is needed, the map has no more texels than that; where interpolation between so few would lose more than
+/// the bands beyond the spectrum hold, the whole spectrum is used instead.
 pub fn filter_within(
     source: &Source,
     tree: &Tree,
@@ -106,8 +106,8 @@ pub fn filter_within(
 
 /// The smallest order whose tail bound is at most `tolerance` (or the whole spectrum), and that bound.
 ///
-/// What bands above F hold is at most max_{l>F} |k_l|² · (∫base² − Σ_{l≤F} base_l²) (Ramamoorthi & Hanrahan
-/// 2002, eq. 5.19 in spirit); it is compared with the energy of the result.
+/// The energy in bands above F is at most max_{l>F} |k_l|² · (∫base² − Σ_{l≤F} base_l²) (Ramamoorthi &
+/// Hanrahan 2002, eq. 5.19 in spirit); it is compared with the energy of the result.
 fn order(source: &Source, k: &[f64], tolerance: f64) -> (usize, f64) {
     let top = source.order();
     let result: f64 = (0..=top).map(|l| k[l] * k[l] * source.bands[l]).sum();
@@ -163,8 +163,8 @@ fn resolution(source: &Source, k: &[f64], size: Size, tolerance: f64) -> (usize,
     }
 }
 
-/// The source's bands times those of a kernel on a cube, clipped at zero if asked, and the flux that clipping
-/// added (relative).
+/// The source's bands times those of a kernel on a cube, clamped at zero where `clip`, and the relative flux
+/// that clamping added.
 fn synthesized(source: &Source, k: &[f64], size: usize, clip: bool) -> (EdgeCube, f64) {
     let n = size + 1;
     let direction = |i: usize| edge_cube::direction(size, i / (n * n), i % n, i / n % n);
@@ -242,8 +242,8 @@ mod tests {
     use crate::Lobe;
     use steradian_sphere::{Layout, SphereImage};
 
-    /// Light of eight texels round the equator and a lobe far narrower than its bands: direction by direction
-    /// as long as there are few enough of them, and else as far as the spectrum goes.
+    /// Light of eight texels round the equator and a lobe far narrower than its bands: integrated direction
+    /// by direction if there are few enough directions, else by the whole spectrum.
     #[test]
     fn sums_direction_by_direction_have_a_bound() {
         let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |d| {

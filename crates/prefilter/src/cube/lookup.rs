@@ -1,5 +1,5 @@
-//! Lookups in cubes side by side: where many directions lie, by arithmetic that compilers make vectors of,
-//! without a branch; then each its four texels.
+//! Lookups of many directions in cubes at once: first the places of all, by arithmetic without branches that
+//! compilers vectorise; then the four texels of each.
 
 use super::EdgeCube;
 
@@ -12,8 +12,8 @@ pub struct Places<const N: usize> {
     t: [f32; N],
 }
 
-/// The cell of each place in cubes of some sizes: number of its first texel, and the place within it in 0
-/// … 1.
+/// Cells of several directions in cubes of some sizes: index of the first texel, and position within the cell
+/// in 0 … 1.
 #[derive(Debug, Clone, Copy)]
 pub struct Cells<const N: usize> {
     first: [i32; N],
@@ -22,7 +22,7 @@ pub struct Cells<const N: usize> {
 }
 
 impl<const N: usize> Places<N> {
-    /// Of directions of any length, one array per component.
+    /// The cells of directions of any length, given as one array per component.
     #[inline(always)]
     pub fn new(d: &[[f32; N]; 3]) -> Self {
         let mut out = Self { face: [0; N], s: [0.0; N], t: [0.0; N] };
@@ -68,7 +68,7 @@ impl<const N: usize> Places<N> {
         out
     }
 
-    /// In cubes of `size` intervals, each place in its own.
+    /// Cells that hold the places: place k in a cube of `size[k]` intervals.
     #[inline(always)]
     pub fn cells(&self, size: &[f32; N]) -> Cells<N> {
         let mut out = Cells { first: [0; N], u: [0.0; N], v: [0.0; N] };

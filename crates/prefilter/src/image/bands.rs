@@ -1,4 +1,4 @@
-//! Which bands a filtered image needs: kernel tail × measured spectrum of the light.
+//! Number of bands that a filtered image needs: kernel tail × measured spectrum of the light.
 
 use crate::Sampled;
 use crate::light::sampled::MAX_ORDER;
@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 /// The smallest order whose bound of the relative RMS error is at most `limit` (or all bands), and that
 /// bound.
 ///
-/// What bands above F hold is at most max_{l>F}|k_l|² (∫base² − Σ_{l≤F} base_l²) (Ramamoorthi & Hanrahan
+/// The energy in bands above F is at most max_{l>F}|k_l|² (∫base² − Σ_{l≤F} base_l²) (Ramamoorthi & Hanrahan
 /// 2002, eq. 5.19 in spirit).
 ///
 /// Errors are relative to the result of the kernel `whole`, of which `k` may be a part, without the brightest
@@ -34,11 +34,12 @@ pub(crate) fn order(light: &Sampled, k: &[f64], whole: &[f64], limit: f64) -> (u
     (top, tail)
 }
 
-/// Part of the tolerance that the bright texels' bands left out may use.
+/// Part of the tolerance allowed to the bright texels' bands that are left out.
 pub(crate) const BRIGHT_TEXELS: f64 = 0.01;
 
-/// Should the bright texels go through the series of `k` as well? The order that this takes, if it costs less
-/// than summing them directly; else `f` and no. Errors are relative to the result of the kernel `whole`.
+/// Decides whether the bright texels go through the series of `k` as well: returns the order that this takes
+/// and true where it costs less than summing them directly, else `f` and false. Errors are relative to the
+/// result of the kernel `whole`.
 pub(crate) fn with_bright_texels(
     light: &Sampled,
     k: &[f64],
@@ -100,9 +101,9 @@ pub(crate) mod cost {
         12.0 * (small_lights * texels) as f64
     }
 
-    /// What is far of the kernel at the nodes of each small light, for each texel. (Without it the sharpest
-    /// sheen of a chain went by near sums under 256 bright texels: a forest's Khronos files took 107
-    /// processor seconds, and take 9.)
+    /// Kernel evaluations for the far part of the kernel at the nodes of each small light, for each texel.
+    /// (When this term was missing, the sharpest sheen of a chain was filtered by near sums under 256 bright
+    /// texels: a forest's Khronos files took 107 processor seconds, and take 9.)
     pub(crate) fn far_values(small_lights: &[SmallLight], split: &Split<'_>, texels: usize) -> f64 {
         let size = |b: &SmallLight| b.cell.map_or(0.0, |c| c.size());
         let widest = small_lights.iter().map(size).fold(0.0, f64::max);
@@ -110,8 +111,8 @@ pub(crate) mod cost {
         40.0 * nodes * nodes * (small_lights.len() * texels) as f64
     }
 
-    /// The direct sum over what is near, at so many texels of a map; those of the image are `ratio` times as
-    /// wide as the kernel.
+    /// Kernel evaluations of the direct sum over near texels, for `texels` texels of a map; texels of the
+    /// image are `ratio` times as wide as the kernel.
     pub(crate) fn near(image: &SphereImage, split: &Split<'_>, ratio: f64, texels: usize) -> f64 {
         let rows = split.reach() / std::f64::consts::PI * image.height as f64;
         let near = 0.25 * split.reach2() * image.planes[0].len() as f64;

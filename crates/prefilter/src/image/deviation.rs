@@ -1,4 +1,4 @@
-//! How far a filtered image is from the integral over all texels of the light.
+//! Measured error of a filtered image against the integral over all texels of the light.
 
 use super::texel_sums::{Scratch, TexelSums};
 use crate::Zonal;
@@ -7,12 +7,12 @@ use glam::DVec3;
 use steradian_parallel::prelude::*;
 use steradian_sphere::SphereImage;
 
-/// How far an image is from the sum over all texels, at some of its texels.
+/// Error of an image against the sum over all texels, measured at some of its texels.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
     /// RMS of the error at the texels compared, over the RMS of the whole image: in an image of a few lamps
-    /// most texels are dark, and an error there counts for what it is. Where the light's image was too large
-    /// and was reduced, with an estimate of what that changes.
+    /// most texels are dark, and an absolute error there counts no more than elsewhere. Where the light's
+    /// image was too large and was reduced, an estimate of the effect is included.
     pub rms: f64,
     /// Mean error at the texels compared, over the mean of the whole image.
     pub bias: f64,
@@ -22,8 +22,8 @@ pub struct Deviation {
     pub texels: usize,
 }
 
-/// A texel that is compared: its direction, its value, and how many of the image's texels it stands for, over
-/// their number.
+/// A texel that is compared: its direction, its value, and its weight, the number of the image's texels that
+/// it represents over their total.
 struct Pick {
     direction: DVec3,
     value: [f64; 3],
@@ -31,8 +31,8 @@ struct Pick {
 }
 
 /// Compares `n` texels with the integral over all texels of the light. A third of them is spread evenly, a
-/// third goes by the texels' values and a third by their squares: errors are largest where the map is bright,
-/// around a sun, and few texels are there.
+/// third is drawn by the texels' values and a third by their squares: errors are largest where the map is
+/// bright, around a sun, and few texels are there.
 pub fn deviation(light: &Sampled, kernel: &dyn Zonal, image: &SphereImage, n: usize) -> Deviation {
     let sums = TexelSums::new(&light.image);
     let compare = |scratch: &mut Scratch, p: &Pick| {
@@ -106,7 +106,7 @@ mod tests {
     use steradian_light::{Environment, Lights};
     use steradian_sphere::Layout;
 
-    /// The sums that are quick are those in double precision over every cell.
+    /// The fast sums agree with those in double precision over every cell.
     #[test]
     fn sums_in_single_precision_are_those_in_double() {
         for (rows, bright) in [(48, 300.0), (8, 20.0)] {
@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// What is stated from some texels is the error of all, where the light is a small sun, stripes or night:
+    /// The error stated from some texels is that of all, where the light is a small sun, stripes or night:
     /// never much less.
     #[test]
     fn what_is_stated_is_the_error_of_all_texels() {

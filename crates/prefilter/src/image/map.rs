@@ -2,9 +2,9 @@
 //!
 //! Nothing is resampled from another filtered map. In frequency space (Ramamoorthi & Hanrahan 2002, 5.4)
 //! where the analysis has all bands that the kernel passes; for sharper kernels, and where it costs less,
-//! only what lies far from each direction, and the texels near it are summed ([`ImageMethod::Near`]). The
-//! brightest texels are summed exactly where the series would ring. Where neither is sure to meet the
-//! tolerance all texels are summed, if they are few.
+//! only the part of the kernel far from each direction, while the texels near it are summed
+//! ([`ImageMethod::Near`]). The brightest texels are summed exactly where the series would ring. Where
+//! neither is sure to meet the tolerance all texels are summed, if they are few.
 
 use super::measure::finish;
 use super::plan::{self, Frequency, Near, Plan};
@@ -18,7 +18,7 @@ use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage};
 
-/// How an image was filtered.
+/// Method by which an image was filtered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ImageMethod {
     /// Resampled by areas: a mirror.
@@ -30,9 +30,9 @@ pub enum ImageMethod {
         /// Bright texels and suns that were summed directly.
         small_lights: usize,
     },
-    /// Near texels directly, the rest by spherical harmonics.
+    /// Near texels directly, the far part of the kernel by spherical harmonics.
     Near {
-        /// Highest band of the rest.
+        /// Highest band of the far part.
         order: usize,
         /// Reach of the direct sum, radians.
         reach: f64,
@@ -42,7 +42,7 @@ pub enum ImageMethod {
 }
 
 impl ImageMethod {
-    /// One word.
+    /// The method in one word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Area => "area",
@@ -61,27 +61,27 @@ impl ImageMethod {
     }
 }
 
-/// A filtered image and what is known of it.
+/// A filtered image and its estimated errors.
 #[derive(Debug, Clone)]
 pub struct FilteredImage {
     /// ∫ L K at texel centres.
     pub image: SphereImage,
-    /// How.
+    /// Method of filtering.
     pub way: ImageMethod,
     /// Bound of the relative RMS error by the bands left out.
     pub predicted: f64,
     /// Flux added by raising negative values to zero, relative to all.
     pub clipped: f64,
-    /// ∫ L dω · ∫ K dω: what should be in the image.
+    /// ∫ L dω · ∫ K dω: the energy that the image should have.
     pub energy_in: [f64; 3],
     /// ∫ of the image, texel values times solid angles.
     pub energy_out: [f64; 3],
 }
 
-/// What interpolation and single precision add to any bound.
+/// Relative error of interpolation and single precision, added to any bound.
 const ROUNDING: f64 = 2e-6;
 
-/// What quadrature over the cells of texels adds.
+/// Relative error of the quadrature over the cells of texels.
 const NODES: f64 = 2e-5;
 
 /// Layout, width and height of an image.

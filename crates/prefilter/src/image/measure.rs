@@ -1,9 +1,9 @@
-//! Integrals of images made of texels, and raising what is below zero.
+//! Integrals of images over their texels, and clamping of negative texels.
 
 use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage};
 
-/// Solid angles of the texels of one face; all faces have the same.
+/// Solid angles of the texels of one face, which are equal for all faces.
 struct Areas {
     layout: Layout,
     width: usize,
@@ -55,7 +55,7 @@ fn cube(n: usize) -> Vec<f64> {
     (0..n * n).map(texel).collect()
 }
 
-/// ∫ of an image, and the flux that was added by raising negative texels to zero (if asked), relative to all.
+/// ∫ of an image, and the relative flux added by clamping negative texels to zero, if `raise`.
 pub(crate) fn finish(image: &mut SphereImage, raise: bool) -> ([f64; 3], f64) {
     let (width, height) = (image.width.max(1), image.height.max(1));
     let areas = Areas::new(image.layout, image.width, image.height);

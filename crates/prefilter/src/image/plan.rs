@@ -1,4 +1,5 @@
-//! Which way an image is filtered: the cheapest within the tolerance, and the most exact where none is.
+//! Choice of the method of filtering: the cheapest within the tolerance, and the most exact where none meets
+//! it.
 
 use super::bands::{self, cost, with_bright_texels};
 use super::texel_sums::TexelSums;
@@ -6,10 +7,10 @@ use crate::Zonal;
 use crate::kernel::split::Split;
 use crate::light::sampled::{MAX_ORDER, Sampled, TAIL};
 
-/// Part of the tolerance that a bound may take.
+/// Part of the tolerance allowed to an error bound.
 const SHARE: f64 = 0.25;
 
-/// What is to be done.
+/// The chosen method with its settings.
 pub(crate) enum Plan<'a> {
     Frequency(Frequency),
     Near(Near<'a>),
@@ -17,12 +18,13 @@ pub(crate) enum Plan<'a> {
     All,
 }
 
-/// Beyond this part of the tolerance a bound is no longer taken where the sum over all texels is at hand …
+/// An error bound above this part of the tolerance is not relied upon where the sum over all texels is
+/// affordable …
 const DOUBTFUL: f64 = 0.5;
-/// … because it takes no more kernel evaluations than this.
+/// … that is, takes no more kernel evaluations than this.
 const AT_HAND: f64 = 2e9;
 
-/// By the series alone.
+/// Filtering by the series alone.
 pub(crate) struct Frequency {
     pub order: usize,
     /// Do the brightest texels go through the series?
@@ -33,7 +35,7 @@ pub(crate) struct Frequency {
 /// Near texels directly.
 pub(crate) struct Near<'a> {
     pub split: Split<'a>,
-    /// Coefficients of what is far.
+    /// Coefficients of the far part of the kernel.
     pub far: Vec<f64>,
     pub order: usize,
     pub merged: bool,
@@ -141,8 +143,8 @@ mod tests {
         assert!(e.rms < 1e-3, "{:?} {e:?}", got.way);
     }
 
-    /// Kernels far narrower than a texel look at few texels around it, and are still the sum over all of
-    /// them.
+    /// Kernels far narrower than a texel read few texels around the direction, and still give the sum over
+    /// all texels.
     #[test]
     fn sharp_kernels_reach_few_texels() {
         let rows = 256;

@@ -54,7 +54,7 @@ impl Row {
         (d != DVec3::ZERO).then_some(d)
     }
 
-    /// What [`Row::sums`] made of channel `c` at texel `i`.
+    /// The sum that [`Row::sums`] computed for channel `c` at texel `i`.
     pub(crate) fn sum(&self, c: usize, i: usize) -> f64 {
         self.sums[c][i]
     }
@@ -84,7 +84,8 @@ impl Row {
             };
             let near = 2.0 * f64::from(nearest).sqrt() - 0.75 * size;
             let ratio = size / kernel.width().max(0.5 * near);
-            // Which texels take the cell one by one: all, or those for which the kernel's rim crosses it.
+            // Texels at which the cell is integrated on its own: all, or those for which the kernel's rim
+            // crosses it.
             let crossed = |s2: &f32| {
                 rim.is_finite() && (2.0 * f64::from(*s2).sqrt().asin() - kernel.support()).abs() < size
             };

@@ -1,5 +1,5 @@
-//! From coefficients about the pole y to images in any layout: by the transform itself where the image is
-//! lat-long, else by [`PointSynthesis`].
+//! Synthesis of images in any layout from coefficients about the pole y: by the transform itself where the
+//! image is lat-long, else by [`PointSynthesis`].
 
 use crate::light::polar;
 use glam::DVec3;
@@ -9,7 +9,7 @@ use steradian_sphere::{Layout, SphereImage};
 /// Tolerance below which single precision is not enough.
 const STRICT: f64 = 1e-4;
 
-/// How sums for an image of a tolerance are kept.
+/// Precision in which sums are kept for an image of a given tolerance.
 pub(crate) fn precision(tolerance: f64) -> Precision {
     if tolerance < STRICT { Precision::Double } else { Precision::Image }
 }

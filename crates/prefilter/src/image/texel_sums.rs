@@ -2,10 +2,10 @@
 //! direction.
 //!
 //! A texel's part is the kernel's mean over its cell: at its centre where the kernel hardly varies over it,
-//! else by a product of Gauss–Legendre rules; cells about which a kernel narrower than a texel turns are
-//! divided further ([`Cell::leaves`]).
+//! else by a product of Gauss–Legendre rules; cells that contain the axis of a kernel narrower than a texel
+//! are divided further ([`Cell::leaves`]).
 //!
-//! With ρ = sin and y = cos of the direction's polar angle, what is at azimuth distance Δφ and polar angle θ
+//! With ρ = sin and y = cos of the direction's polar angle, a texel at azimuth distance Δφ and polar angle θ
 //! has s² = sin²(angle/2) = ((ρ − sin θ)² + (y − cos θ)²)/4 + ρ sin θ sin²(Δφ/2): a sum of squares, which
 //! keeps its digits in single precision. Kernels are evaluated for many texels at once ([`Zonal::fill`]), in
 //! blocks that begin with a register; long rows are summed in double precision.
@@ -20,10 +20,9 @@ use std::mem::take;
 use steradian_simd::{Arch, Kernel, Vector, run};
 use steradian_sphere::SphereImage;
 
-/// Around the axis of a kernel narrower than a texel, cells within so many of their sizes are divided
-/// further.
+/// Cells within this many times their size of the axis of a kernel narrower than a texel are divided further.
 const CORE: f64 = 4.0;
-/// Nodes along a cell's side at most.
+/// Most nodes along a cell's side.
 const MOST: usize = 24;
 
 /// An image and its rows.
@@ -45,7 +44,7 @@ pub(crate) struct Scratch {
     spans: Vec<Span>,
     s2: Vec<f32>,
     weights: Vec<f32>,
-    /// Of divided texels: solid angles, and where each texel begins.
+    /// For texels that are divided: solid angles, and the index at which each texel begins.
     omegas: Vec<f64>,
     texels: Vec<(usize, usize)>,
 }
@@ -60,13 +59,13 @@ struct Span {
     /// s² = base + slope sin²(Δφ/2).
     base: f32,
     slope: f32,
-    /// Which of the places within a texel.
+    /// Index of the part within a texel.
     place: usize,
     /// The node's share of the solid angle.
     omega: f32,
 }
 
-/// Texels of a block: no register holds more.
+/// Texels of a block: the most that a register of any instruction set holds.
 const BLOCK: usize = 16;
 
 impl Span {
@@ -328,7 +327,7 @@ impl<'a> TexelSums<'a> {
     }
 }
 
-/// How many of the spans to take at once: as many as fit into the nearest cache, and one at least.
+/// Number of spans to process at once: as many as fit into the nearest cache, and one at least.
 fn batch(spans: &[Span]) -> usize {
     const TEXELS: usize = 4096;
     let mut texels = 0;
@@ -339,7 +338,7 @@ fn batch(spans: &[Span]) -> usize {
     spans.iter().take_while(fits).count().max(1)
 }
 
-/// s² of every texel of the spans, and 1 in what fills their last blocks.
+/// s² of every texel of the spans, and 1 in the padding of their last blocks.
 struct Distances<'a> {
     spans: &'a [Span],
     turns: &'a [f32],
@@ -367,7 +366,7 @@ impl Kernel for Distances<'_> {
     }
 }
 
-/// Multiplies weights by solid angles, and by χ where a scale is given; what fills the blocks becomes 0.
+/// Multiplies weights by solid angles, and by χ where a scale is given; the padding of blocks becomes 0.
 struct Factors<'a> {
     spans: &'a [Span],
     s2: &'a [f32],
@@ -412,7 +411,7 @@ struct Products<'a> {
     width: usize,
 }
 
-/// Texels of a span from which on its sum is kept in double precision by itself.
+/// Number of texels from which on a span's sum is accumulated separately in double precision.
 const LONG: usize = 128;
 
 impl Kernel for Products<'_> {
@@ -438,8 +437,8 @@ impl Kernel for Products<'_> {
                     }
                 }
             } else {
-                // Around the end of the row, or near that of the image: whole registers of both parts, then
-                // the rest.
+                // A span that wraps around the row, or lies near the image's end: whole registers of both
+                // parts first, then the remainders.
                 let before = s.len.min(self.width - start);
                 for (weights, at) in [(&weights[..before], at), (&weights[before..s.len], row)] {
                     let whole = weights.len() / lanes * lanes;

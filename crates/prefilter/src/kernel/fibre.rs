@@ -91,7 +91,7 @@ impl FibreKernel {
         }
     }
 
-    /// Where panels end, from the highlight out to `reach`; `dark`: the kernel falls to zero there.
+    /// Ends of the panels from the highlight out to `reach`, where the kernel falls to zero if `dark`.
     fn edges(&self, reach: f64, dark: bool) -> Vec<f64> {
         let halve = dark && self.n < SMOOTH;
         let far = if halve { 0.5 * reach } else { reach };
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
     use steradian_sphere::sh::zonal;
 
-    /// The midpoint rule, whose points know nothing of the kernel.
+    /// Integral by the midpoint rule, whose points do not depend on the kernel.
     fn midpoint(cone: &FibreKernel, g: impl Fn(f64) -> f64) -> f64 {
         let n = 40_000;
         let theta = |k: i32| PI * (f64::from(k) + 0.5) / f64::from(n);

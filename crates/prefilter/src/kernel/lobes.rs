@@ -1,4 +1,4 @@
-//! Normalised kernels for filtered maps: ∫K dω = 1, so that a constant environment stays as it is.
+//! Normalised kernels for filtered maps: ∫K dω = 1, so that filtering preserves a constant environment.
 //!
 //! Those of microfacet models are seen with n = wo = r, K ∝ D(n·h)/4 · ⟨n·wi⟩₊ with n·h = cos(θ/2).
 
@@ -14,7 +14,7 @@ pub struct Lobe {
     scale: f64,
 }
 
-/// What a lobe looks like; factors that normalisation takes out are left out.
+/// The form of a lobe, without factors that normalisation cancels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Shape {
     Ggx(GgxMirror),
@@ -138,7 +138,8 @@ impl Zonal for Lobe {
             Shape::Phong(Power { n: 1.0 }) => {
                 out.iter_mut().zip(s2).for_each(|(k, s2)| *k = scale * (1.0 - 2.0 * s2).max(0.0));
             }
-            // (1 − 2 s²)^n and (1 − s²)^{n/2} (1 − 2 s²); wide ones see where ln runs away.
+            // (1 − 2 s²)^n and (1 − s²)^{n/2} (1 − 2 s²). Phong's only for n ≥ 16: wider lobes reach angles
+            // at which the series of ln fails.
             Shape::Phong(Power { n }) if n >= 16.0 => profile::power(s2, out, (n as f32, 2.0, 0.0), scale),
             Shape::BlinnPhong { n } => profile::power(s2, out, (0.5 * n as f32, 1.0, 2.0), scale),
             Shape::Charlie { alpha } => {
@@ -185,7 +186,7 @@ mod tests {
                 Lobe::spherical_gaussian(w),
             ];
             for lobe in lobes {
-                // A composite rule of its own: the midpoint rule in √θ-like steps.
+                // An independent composite rule: the midpoint rule in √θ-like steps.
                 let n = 400_000;
                 let top = lobe.support();
                 let sum: f64 = (0..n)

@@ -1,4 +1,4 @@
-//! What light is convolved with: functions of the angle to a direction, and their coefficients.
+//! Kernels that light is convolved with: functions of the angle to a direction, and their coefficients.
 
 mod fibre;
 pub(crate) mod legendre;

@@ -2,24 +2,24 @@
 
 use steradian_simd::{Arch, Kernel, run};
 
-/// Below this s² a kernel is what it is on the axis: θ = 1e-6.
+/// Below this s² (θ = 1e-6) a kernel has its value on the axis.
 const AXIS: f32 = 1.0 / (1_u64 << 42) as f32;
 /// From here on it is zero: θ = π/2.
 const HORIZON: f32 = 0.5;
 /// Bits of a mantissa.
 const MANTISSA: u32 = f32::MANTISSA_DIGITS - 1;
-/// Cells of an octave: powers of two from the first to the last of these.
+/// Exponents of the fewest and the most cells of an octave, which are a power of two.
 const FEWEST: u32 = 5;
 const MOST: u32 = 8;
-/// A cubic may differ from its kernel by this part of the value …
+/// Allowed difference of a cubic from its kernel, relative to the value …
 const CLOSE: f64 = 4e-7;
-/// … and this part of the peak.
+/// … plus relative to the peak.
 const FINE: f64 = 1e-9;
 
 /// The table.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Octaves {
-    /// Which power of two an octave is divided into.
+    /// Exponent of the number of cells of an octave.
     power: u32,
     /// Cubics; not a number where none is close.
     cubics: Vec<[f32; 4]>,
@@ -60,7 +60,7 @@ impl Octaves {
     }
 }
 
-/// The cubic through four Chebyshev points of 0 … 1, or not a number.
+/// The cubic through four Chebyshev points of 0 … 1; NaN where it does not fit.
 fn cubic(f: &dyn Fn(f64) -> f64, peak: f64) -> [f32; 4] {
     let node = |k: usize| 0.5 - 0.5 * (std::f64::consts::PI * (2 * k + 1) as f64 / 8.0).cos();
     let x: [f64; 4] = std::array::from_fn(node);
@@ -105,7 +105,7 @@ impl Kernel for Lookup<'_> {
             let s2 = self.s2[k].max(AXIS);
             let bits = s2.to_bits();
             let cell = ((bits >> shift) as usize - first).min(last);
-            // The rest of the mantissa as a number in 0 … 1.
+            // The low digits of the mantissa as a number in 0 … 1.
             let one = 1.0_f32.to_bits();
             let t = f32::from_bits(((bits << power) & ((1 << MANTISSA) - 1)) | one) - 1.0;
             let [c0, c1, c2, c3] = cubics[cell];

@@ -8,9 +8,9 @@ use steradian_sphere::quadrature::gauss_legendre;
 
 /// Nodes of a panel.
 const NODES: usize = 16;
-/// A panel is halved where the last terms of its Legendre series are above this part of the peak …
+/// A panel is halved where the last terms of its Legendre series exceed this part of the peak …
 const FINE: f64 = 1e-9;
-/// … until it is this small a part of the hemisphere.
+/// … unless it is already this small a part of the hemisphere.
 const SMALLEST: f64 = 1e-5;
 
 /// A kernel on the hemisphere, in panels of θ that were halved until a polynomial of degree 15 fits, and
@@ -21,7 +21,7 @@ pub struct Radial {
     edges: Vec<f64>,
     /// Legendre coefficients of each panel, scaled.
     terms: Vec<[f64; NODES]>,
-    /// The same for single precision.
+    /// Table of the kernel in single precision.
     cells: Octaves,
     width: f64,
     accuracy: f64,
@@ -76,7 +76,7 @@ impl Radial {
         Some(made)
     }
 
-    /// About how far any band coefficient is from that of the function that was given, beside k_0 = 1.
+    /// Approximate error of any band coefficient against that of the given function, relative to k_0 = 1.
     pub fn accuracy(&self) -> f64 {
         self.accuracy
     }
@@ -130,7 +130,8 @@ impl Zonal for Radial {
         self.width
     }
 
-    /// Gauss–Legendre quadrature in each panel, of which P_order fills at most 20 radians at a time.
+    /// Gauss–Legendre quadrature in each panel; a panel is divided so that the phase of P_order advances by
+    /// at most 20 radians a part.
     fn coefficients(&self, order: usize) -> Vec<f64> {
         const RULE: usize = 32;
         let (nodes, weights) = gauss_legendre(RULE);

@@ -22,15 +22,15 @@ pub(crate) fn step(v: f32) -> f32 {
     1.0 - v2 * v2 * v * (126.0 + v * (-420.0 + v * (540.0 + v * (-315.0 + v * 70.0))))
 }
 
-/// The same in double precision.
+/// [`step`] in double precision.
 fn step64(v: f64) -> f64 {
     let v = v.min(1.0);
     1.0 - v.powi(5) * (126.0 + v * (-420.0 + v * (540.0 + v * (-315.0 + v * 70.0))))
 }
 
 impl<'a> Split<'a> {
-    /// Splits at the reach `turns`/`order` radians: what the smooth part's bands above `order` hold falls
-    /// with `turns`, and about 20 leave 1e-3 of the part of K that lies around the step.
+    /// Splits at the reach `turns`/`order` radians: the energy of the smooth part in bands above `order`
+    /// falls with `turns`, and about 20 leave 1e-3 of the part of K around the step.
     pub fn new(kernel: &'a dyn Zonal, order: usize, turns: f64) -> Self {
         let reach = (turns / order.max(16) as f64).min(1.5);
         Self { kernel, reach2: (2.0 * (0.5 * reach).sin()).powi(2) }
@@ -70,7 +70,7 @@ mod tests {
             let k = Lobe::ggx(alpha);
             let split = Split::new(&k, 500, 40.0);
             let far = split.far(600);
-            // ∫ K χ by quadrature of its own.
+            // ∫ K χ by a quadrature of its own.
             let near = |x: f64| k.value(x) * f64::from(step((2.0 * (1.0 - x) / split.reach2()) as f32));
             let near = quadrature(near, alpha, split.reach(), 0)[0];
             assert!((near + far[0] - 1.0).abs() < 1e-5, "{alpha}: {near} {}", far[0]);

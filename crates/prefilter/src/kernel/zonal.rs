@@ -19,16 +19,16 @@ pub trait Zonal: Sync {
     fn support(&self) -> f64 {
         FRAC_PI_2
     }
-    /// Is K negative somewhere? Then a filtered map may be too, and is not clipped.
+    /// Is K negative somewhere? Then a filtered map may be negative too, and is not clamped.
     fn signed(&self) -> bool {
         false
     }
-    /// K at many angles, given sin²(θ/2) (which keeps its digits near the axis), in single precision: what
-    /// sums over texels take.
+    /// K at many angles, given sin²(θ/2) (which keeps its digits near the axis), in single precision, for
+    /// sums over texels.
     fn fill(&self, s2: &[f32], out: &mut [f32]) {
         out.iter_mut().zip(s2).for_each(|(k, &s2)| *k = self.value(1.0 - 2.0 * f64::from(s2)) as f32);
     }
-    /// k_0 … k_order.
+    /// Zonal coefficients k_0 … k_order.
     fn coefficients(&self, order: usize) -> Vec<f64> {
         quadrature(|x| self.value(x), self.width(), self.support(), order)
     }

@@ -28,12 +28,12 @@ pub(crate) fn nodes_for(ratio: f64) -> usize {
     1 + UP_TO.iter().take_while(|r| ratio > **r).count()
 }
 
-/// Where a kernel ends steeply no rule converges quickly; cells are then divided to this size, radians, at
-/// which what they miss along the rim adds up to about 1e-5.
+/// Where a kernel has a step, no rule converges quickly; cells are then divided to this size, radians, at
+/// which the errors along the step add up to about 1e-5.
 const STEP: f64 = 0.004;
 
-/// The scale that a kernel's rim asks for: infinite where it has none. Sheen rises towards the horizon, and
-/// holds much within a hundredth of it.
+/// The scale to which a kernel's step at the rim of its support needs cells divided: infinite where it has
+/// none. Sheen rises towards the horizon, and much of it lies within a hundredth of a radian of it.
 pub(crate) fn step_scale(kernel: &dyn Zonal) -> f64 {
     let support = kernel.support().min(PI);
     let at = |theta: f64| kernel.value(theta.cos()).abs();
@@ -125,8 +125,8 @@ mod tests {
     use super::*;
     use crate::Lobe;
 
-    /// Cells of a whole image hold the whole kernel, however narrow it is, and the parts of a cell what the
-    /// cell holds.
+    /// The cells of a whole image integrate to the whole kernel, however narrow it is, and the parts of a
+    /// cell to the cell.
     #[test]
     fn cells_hold_their_part_of_a_kernel() {
         let d = DVec3::new(0.3, 0.81, -0.2).normalize();

@@ -1,12 +1,11 @@
-//! A few small lights apart from smooth light, chosen for a kernel.
+//! Decomposition of light into a few small lights and a smooth rest, chosen for a kernel.
 //!
-//! Light is R = Σ_k Φ_k D(ω_k) + rest, with D a small disk of unit flux. Where kernels are cut beyond some
-//! bands, what the cut costs is Σ_l w_l Σ_m R_lm², so directions are found one by one where a disk takes the
-//! most of that norm away (matching pursuit, Mallat & Zhang 1993, in a weighted norm): the score of ω is
-//! |c(ω)|²/G(0) with c(ω) = Σ_lm w_l b_l R_lm Y_lm(ω), and a disk at ω_k takes Φ_k G(∠ω, ω_k) out of c,
-//! G(γ) = Σ_l (2l + 1)/4π w_l b_l² P_l(cos γ), b_l the disk's own coefficients. At last the fluxes of all
-//! disks together are those of least squares. Nothing is approximated by this: the rest is R less the disks,
-//! whatever these are.
+//! Light is R = Σ_k Φ_k D(ω_k) + rest, with D a small disk of unit flux. Truncating kernels after some bands
+//! has the squared error Σ_l w_l Σ_m R_lm², so directions are found one by one where a disk reduces that norm
+//! most (matching pursuit, Mallat & Zhang 1993, in a weighted norm): the score of ω is |c(ω)|²/G(0) with
+//! c(ω) = Σ_lm w_l b_l R_lm Y_lm(ω), and a disk at ω_k takes Φ_k G(∠ω, ω_k) out of c, G(γ) = Σ_l (2l + 1)/4π
+//! w_l b_l² P_l(cos γ), b_l the disk's own coefficients. Finally the fluxes of all disks are fitted together
+//! by least squares. The decomposition is exact: the rest is R less the disks, whatever these are.
 
 use crate::SmallLight;
 use glam::DVec3;
@@ -17,7 +16,7 @@ use steradian_sphere::{Layout, SphereImage};
 
 /// Rows of the grid of directions per band.
 const DENSITY: f64 = 1.5;
-/// What is less than this part of its peak is no longer taken out of the field.
+/// Where a disk's response is below this part of its peak, it is not subtracted from the field of scores.
 const REACH: f64 = 1e-3;
 /// Entries of the table of G.
 const ENTRIES: usize = 4096;
@@ -66,7 +65,7 @@ impl Pursuit {
         Ok(made)
     }
 
-    /// How many disks there are.
+    /// Number of disks.
     pub fn len(&self) -> usize {
         self.directions.len()
     }
@@ -154,7 +153,7 @@ impl Pursuit {
         used.iter().zip(flux).map(small_light).collect()
     }
 
-    /// The fluxes of disks at these directions where c has these values: Cholesky's factorisation of G(∠ω_i,
+    /// The fluxes of disks at these directions that give c these values: Cholesky's factorisation of G(∠ω_i,
     /// ω_j) and both substitutions.
     fn least_squares(&self, used: &[(DVec3, [f64; 3])]) -> Vec<[f64; 3]> {
         let n = used.len();
@@ -258,7 +257,7 @@ impl Field {
         self.at(j as f64, i as f64)
     }
 
-    /// The top of the parabolas through the scores beside a maximum.
+    /// The tops of the parabolas through the scores around a maximum.
     fn refined(&self, j: usize, i: usize) -> DVec3 {
         let here = self.score(j, i);
         let top = |a: f64, b: f64| {

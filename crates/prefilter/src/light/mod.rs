@@ -1,4 +1,4 @@
-//! Distant light prepared for filtering: its spectrum, its hierarchy, and what is bright and small apart.
+//! Distant light prepared for filtering: its spectrum, its hierarchy, and a list of small bright lights.
 
 pub(crate) mod cell;
 mod matching_pursuit;

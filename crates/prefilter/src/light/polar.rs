@@ -46,9 +46,9 @@ pub(crate) fn add_small_lights(to: &mut ShRgb, small_lights: &[SmallLight]) {
     }
 }
 
-/// The same function's coefficients in the usual basis.
+/// The function's coefficients in the usual basis.
 ///
-/// The exchange of y and z is a rotation followed by d → −d, which takes band l to (−1)^l of itself.
+/// The exchange of y and z is a rotation followed by d → −d, which multiplies band l by (−1)^l.
 pub(crate) fn to_world(sh: &ShRgb) -> ShRgb {
     let exchange = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
     let mut out = sh::Rotation::new(sh.order, -exchange).apply_rgb(sh);

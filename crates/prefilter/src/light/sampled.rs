@@ -30,8 +30,8 @@ const REFINED: usize = 1 << 22;
 pub struct Sampled {
     /// The image, whole.
     pub image: SphereImage,
-    /// Suns, directional lights and the brightest texels of an image that was reduced, then what was taken
-    /// off the brightest texels of this one.
+    /// Suns, directional lights and the brightest texels of an image that was reduced; then the excess taken
+    /// off the brightest texels of this image.
     small_lights: Vec<SmallLight>,
     suns: usize,
     /// Spectrum of the image with its brightest texels capped, about the pole y.
@@ -42,7 +42,7 @@ pub struct Sampled {
     energy: f64,
     /// ∫ L dω of the image.
     flux: [f64; 3],
-    /// ∫ of the square of what went when the image was reduced.
+    /// ∫ of the square of the detail that was lost when the image was reduced.
     detail: f64,
     negative: bool,
 }
@@ -59,7 +59,7 @@ impl Sampled {
         Self::of(lights.clone(), kernels, tolerance, task)
     }
 
-    /// [`Sampled::new`] of lights that nobody else needs: their image is taken, not copied.
+    /// [`Sampled::new`] that takes the lights: their image is moved, not copied.
     pub fn of(
         lights: Lights,
         kernels: &[&dyn Zonal],
@@ -73,13 +73,13 @@ impl Sampled {
         let mut detail = 0.0;
         let mut image = match given {
             None => SphereImage::new(Layout::LatLong, 4, 2),
-            // Texels as bright as suns keep their own cells: a lobe as sharp as they are would see the cells
-            // of the smaller image.
+            // Texels as bright as suns keep their own cells: a lobe as sharp as they are would see the larger
+            // cells of the reduced image instead.
             Some(image) if image.height > MAX_ROWS => {
                 let capped = source::split(image, &mut small_lights);
                 let smaller = source::reduced(&capped, MAX_ROWS);
-                // Means over cells are nearly a projection: the energies of what stays and of what goes add
-                // up.
+                // Means over cells are nearly a projection: the energies of what is kept and of what is lost
+                // add up.
                 detail = (source::energy(&capped) - source::energy(&smaller)).max(0.0);
                 smaller
             }
@@ -112,14 +112,14 @@ impl Sampled {
         &self.small_lights[..self.suns]
     }
 
-    /// What was taken off the brightest texels.
+    /// The excess taken off the brightest texels, as small lights.
     pub fn bright_texels(&self) -> &[SmallLight] {
         &self.small_lights[self.suns..]
     }
 
-    /// Estimate of the relative RMS error of maps because the image was reduced: what went varies within
-    /// cells of a [`MAX_ROWS`]th of π, so that a kernel lets through of it what it lets through beyond the
-    /// analysis' bands. 0 for images that are taken as they came.
+    /// Estimated relative RMS error of maps from the reduction of the image: the lost detail varies within
+    /// cells of a [`MAX_ROWS`]th of π, so that a kernel passes as much of it as it passes beyond the
+    /// analysis' bands. 0 for images that were not reduced.
     pub(crate) fn error_of_reduction(&self, kernel: &dyn Zonal) -> f64 {
         if self.detail == 0.0 {
             return 0.0;
@@ -199,9 +199,9 @@ impl Sampled {
         out
     }
 
-    /// The image in texels that may be smaller than its own. Cubic lookup undershoots beside what is bright;
-    /// where that goes below zero for light that does not, the image is first refined within its texels'
-    /// means, for a cube until means over its texels are exact.
+    /// The image resampled to texels that may be smaller than its own. Cubic lookup undershoots next to
+    /// bright texels; where it becomes negative for light that is not, the image is first refined within its
+    /// texels' means, for a cube until means over its texels are exact.
     fn enlarged(&self, layout: Layout, width: usize, height: usize) -> SphereImage {
         let below = |image: &SphereImage| image.planes.iter().flatten().any(|&v| v < 0.0);
         let mut out = self.image.resample(layout, width, height);
@@ -225,8 +225,8 @@ impl Sampled {
         out
     }
 
-    /// The same light in texels so narrow that a sum over their centres is about that over their cells: a
-    /// sixteenth of the kernel's width leaves 2e-4, if that takes no more than 1024 rows.
+    /// This light with texels so narrow that a sum over their centres is about that over their cells: a
+    /// sixteenth of the kernel's width leaves an error of 2e-4, if that takes no more than 1024 rows.
     pub(crate) fn divided(&self, kernel: &dyn Zonal) -> Self {
         let (width, height) = (self.image.width, self.image.height);
         let size = PI / (height as f64).min(0.5 * width as f64);
@@ -246,7 +246,7 @@ impl Sampled {
         }
     }
 
-    /// ∫ L K about `d` by integrals over every texel's cell in double precision; suns beside.
+    /// ∫ L K about `d` by integrals over every texel's cell in double precision, suns included.
     pub fn brute_force(&self, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
         let (width, height) = (self.image.width, self.image.height);
         let mut sum = small_lights_at(self.suns(), kernel, d);
@@ -292,9 +292,9 @@ pub(crate) fn small_lights_at(small_lights: &[SmallLight], kernel: &dyn Zonal, d
 /// Part of the tolerance that the bands left out may use.
 pub(crate) const TAIL: f64 = 0.05;
 
-/// The smallest order whose tail cannot matter, for any of the kernels: what bands above F of the capped
-/// image can hold is at most max_{l>F}|k_l| √(∫L² − L_0²), beside a result of at least k_0 L_0, with L_0² =
-/// |∫L|²/4π.
+/// The smallest order whose tail is negligible for all of the kernels: the result in bands above F of the
+/// capped image is at most max_{l>F}|k_l| √(∫L² − L_0²), compared with a result of at least k_0 L_0, with
+/// L_0² = |∫L|²/4π.
 fn order(capped: &Capped, kernels: &[&dyn Zonal], tolerance: f64) -> usize {
     let top = MAX_ORDER;
     let mean2 = capped.flux.iter().map(|f| f * f).sum::<f64>() / (4.0 * PI);
@@ -308,7 +308,7 @@ fn order(capped: &Capped, kernels: &[&dyn Zonal], tolerance: f64) -> usize {
     highest.max(8).min(top)
 }
 
-/// What is left when the brightest texels are capped.
+/// Figures of the image after its brightest texels are capped.
 struct Capped {
     flux: [f64; 3],
     energy: f64,

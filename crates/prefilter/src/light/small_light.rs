@@ -11,7 +11,7 @@ use steradian_sphere::quadrature::gauss_legendre;
 
 type Rule = (Vec<f64>, Vec<f64>);
 
-/// Gauss–Legendre rules of 1 … 64 nodes, made once.
+/// Gauss–Legendre rules of 1 … 64 nodes, cached.
 pub(crate) fn rule(n: usize) -> &'static Rule {
     static RULES: [OnceLock<Rule>; 64] = [const { OnceLock::new() }; 64];
     let n = n.clamp(1, 64);
@@ -59,7 +59,7 @@ impl SmallLight {
     /// The mean over the disk or cell of `f`, which varies over angles of about `scale` there.
     pub fn mean<const C: usize>(&self, scale: f64, f: impl Fn(DVec3) -> [f64; C]) -> [f64; C] {
         if let Some(cell) = self.cell {
-            // Beyond the sizes for which numbers of nodes are known, in proportion.
+            // For sizes beyond those tabulated, the number of nodes grows in proportion.
             let ratio = cell.size() / scale;
             let n = nodes_for(ratio).max((3.0 * ratio).min(24.0) as usize);
             let mut sum = [0.0; C];

@@ -1,7 +1,7 @@
-//! Distant light prepared for filtering: a base image whose spectrum is known, and small bright lights apart.
+//! Distant light prepared for filtering: a base image with its spectrum, and small bright lights.
 //!
-//! A truncated series rings around a small bright light. So the brightest texels keep only what the others
-//! have, and their excess becomes a [`SmallLight`] that filters treat exactly, as they treat suns and
+//! A truncated series rings around a small bright light. So the brightest texels are capped at 32 times the
+//! mean, and their excess becomes a [`SmallLight`] that filters treat exactly, as they treat suns and
 //! directional lights.
 
 use crate::{Cell, SmallLight};
@@ -24,11 +24,11 @@ const SMALL_LIGHT_CONTRAST: f64 = 32.0;
 
 /// Distant light, prepared.
 pub struct Source {
-    /// What is left of the image; `None` without an environment.
+    /// The image without its small lights; `None` without an environment.
     pub base: Option<SphereImage>,
     /// Suns, directional lights and the excess of the brightest texels.
     pub small_lights: Vec<SmallLight>,
-    /// Spectrum of `base` up to the order that was asked for.
+    /// Spectrum of `base` up to the order of the analysis.
     pub spectrum: ShRgb,
     /// ∫ of the square of `base`, all channels.
     pub base_energy: f64,
@@ -47,7 +47,7 @@ impl Source {
         Self::of(image, small_lights, order, task)
     }
 
-    /// Prepares an image and small lights beside it.
+    /// Prepares an image and small lights in addition to it.
     pub fn of(
         image: Option<SphereImage>,
         mut small_lights: Vec<SmallLight>,
@@ -65,7 +65,7 @@ impl Source {
         Self::assembled(base, small_lights, spectrum)
     }
 
-    /// The parts, with the spectrum of `base` known.
+    /// Assembles the parts, given the spectrum of `base`.
     pub(crate) fn assembled(
         base: Option<SphereImage>,
         small_lights: Vec<SmallLight>,
@@ -160,7 +160,7 @@ pub(crate) fn split(mut image: SphereImage, small_lights: &mut Vec<SmallLight>) 
     image
 }
 
-/// What one pass over a lat-long image tells.
+/// Results of one pass over a lat-long image.
 pub(crate) struct Statistics {
     /// ∫ L dω.
     pub flux: [f64; 3],
@@ -174,7 +174,7 @@ pub(crate) struct Statistics {
     peaks: Vec<f32>,
 }
 
-/// What one pass over a row tells: sums, and the largest and the smallest texel.
+/// Results of one pass over a row: sums, and the largest and the smallest texel.
 #[derive(Clone, Copy, Default)]
 struct Row {
     flux: [f64; 3],
@@ -252,16 +252,16 @@ impl Statistics {
 
 /// A bright texel.
 pub(crate) struct BrightTexel {
-    /// Its index.
+    /// Index of the texel.
     pub k: usize,
-    /// What stays in the image.
+    /// Radiance that stays in the image.
     pub kept: [f32; 3],
-    /// What is taken off.
+    /// Excess that is taken off.
     pub small_light: SmallLight,
 }
 
 impl BrightTexel {
-    /// Takes the excess off; the texel as it was.
+    /// Takes the excess off the image; returns the texel as it was.
     pub(crate) fn cap(&self, image: &mut SphereImage) -> [f32; 3] {
         std::array::from_fn(|c| std::mem::replace(&mut image.planes[c][self.k], self.kept[c]))
     }
@@ -286,7 +286,7 @@ pub(crate) fn bright_texels(image: &SphereImage, s: &Statistics) -> Vec<BrightTe
     bright.into_iter().map(|(k, v)| bright_texel(image, k, dimmest / v)).collect()
 }
 
-/// The texel at `k`, of which the part `keep` stays.
+/// Splits the texel at `k`, of which the part `keep` stays in the image.
 fn bright_texel(image: &SphereImage, k: usize, keep: f64) -> BrightTexel {
     let (i, j) = (k % image.width, k / image.width);
     let cell = Cell::texel(i, j, image.width, image.height);

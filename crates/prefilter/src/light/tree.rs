@@ -1,5 +1,5 @@
 //! The light as a hierarchy: exact integrals of the image's piecewise constant radiance against any function,
-//! with far or smooth parts taken together.
+//! in which far or smooth parts of the light are merged.
 //!
 //! Texels are merged 2 × 2; a node knows its flux, the centroid of its radiance and its radius. A node is
 //! used as a point where its radius is below `OPENING` times the angle over which the other factor varies
@@ -15,7 +15,7 @@ use steradian_sphere::SphereImage;
 
 /// Radius over scale below which a node counts as a point.
 const OPENING: f64 = 0.12;
-/// How often a texel is quartered at most.
+/// Most times that a texel is quartered.
 const DEEPEST: usize = 12;
 
 /// A lat-long image and its hierarchy.
@@ -51,13 +51,13 @@ impl Node {
     }
 }
 
-/// How much a channel counts in a centroid.
+/// Weight of a channel in a centroid.
 fn weight(flux: [f64; 3]) -> f64 {
     flux.iter().map(|f| f.abs()).sum()
 }
 
 impl Tree {
-    /// The hierarchy of a lat-long image (`None`: black) and of small lights beside it.
+    /// The hierarchy of a lat-long image (`None`: black) and of small lights in addition.
     pub fn new(
         image: Option<&SphereImage>,
         small_lights: &[SmallLight],
@@ -166,9 +166,9 @@ impl Tree {
         sum
     }
 
-    /// What holds at least `share` of all flux within an angle of about `radius`, the brightest first, at
-    /// most `most` of them: suns, lamps, and parts of windows. Each as its direction and its part of all
-    /// flux.
+    /// The brightest parts that hold at least `share` of all flux within an angle of about `radius`, at most
+    /// `most` of them: suns, lamps, and parts of windows. Each is returned as its direction and its part of
+    /// all flux.
     pub fn peaks(&self, radius: f64, share: f64, most: usize) -> Vec<(DVec3, f64)> {
         let mut parts: Vec<(DVec3, f64)> =
             self.small_lights.iter().map(|b| (b.direction, weight(b.flux))).collect();
@@ -188,8 +188,8 @@ impl Tree {
         out
     }
 
-    /// The light of the image in parts, each as flux and direction: small beside `scale` there, as in
-    /// [`Tree::integrate`].
+    /// Visits the light of the image in parts, as flux and direction each: small relative to `scale` there,
+    /// as in [`Tree::integrate`].
     pub fn visit(&self, scale: impl Fn(DVec3, f64) -> f64, mut add: impl FnMut([f64; 3], DVec3)) {
         let top = self.levels.len();
         let (w, h) = self.size(top);
@@ -222,7 +222,8 @@ impl Tree {
         }
     }
 
-    /// Texel (i, j) in quarters of quarters, down to parts that are small beside `scale` where they are.
+    /// Divides texel (i, j) into quarters of quarters, down to parts that are small relative to `scale`
+    /// there.
     fn divide(
         &self,
         i: usize,
@@ -295,8 +296,8 @@ mod tests {
         }
     }
 
-    /// A lamp of the image and a sun beside it, the brighter first, with their parts of all flux; nothing in
-    /// even light.
+    /// A lamp of the image and a sun, the brighter first, with their parts of all flux; nothing in even
+    /// light.
     #[test]
     fn peaks_are_what_is_bright_and_small() {
         let lamp = DVec3::new(0.3, 0.5, -0.8).normalize();
@@ -322,7 +323,7 @@ mod tests {
         use crate::{GgxMirror, angular};
         let image = image();
         let tree = Tree::new(Some(&image), &[], &Task::quiet()).unwrap();
-        // The same piecewise constant function with texels divided into 8 × 8.
+        // The piecewise constant function with each texel divided into 8 × 8.
         let fine = SphereImage::from_fn(Layout::LatLong, 37 * 8, 19 * 8, |d| image.nearest(d));
         for alpha in [0.1, 0.5] {
             let kernel = GgxMirror::new(alpha);
@@ -337,8 +338,7 @@ mod tests {
         }
     }
 
-    /// However sharp the kernel, a constant stays as it is, and inside a texel there is nothing but its
-    /// value.
+    /// However sharp the kernel, a constant is preserved, and inside a texel the result is its value.
     #[test]
     fn a_texel_seen_by_a_needle_is_its_value() {
         use crate::{Lobe, angular};

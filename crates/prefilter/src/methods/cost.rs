@@ -1,4 +1,4 @@
-//! What a way costs: counted, and predicted.
+//! Cost of a method: counted, and predicted.
 //!
 //! Ramamoorthi & Hanrahan 2002, 5.6: for S_L² texels of light and S_B² of the map the angular way costs W
 //! S_L² S_B² (5.32), the frequency way F S_B² (5.29), and they meet at Phong's s* ~ S_L^{4/3} (5.33) if both

@@ -38,7 +38,7 @@ const FARTHEST: f64 = PI / 3.0;
 /// Texels a side at most.
 const LARGEST: usize = 1024;
 
-/// How a kernel is laid onto paraboloids.
+/// Mapping of a kernel onto paraboloids.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
     /// Smallest radius of the kernel, in texels of the map.
@@ -57,8 +57,8 @@ impl Default for Footprint {
     }
 }
 
-/// By planar convolution of paraboloids; the kernel's smallest radius is `texels` of the map's, and `radii` ≥
-/// 2 are blended.
+/// Filters by planar convolution of two paraboloids. The kernel's smallest radius is `texels` texels of the
+/// map; results of `radii` ≥ 2 radii are blended.
 pub fn dual_paraboloid(
     light: &Sampled,
     kernel: &dyn Zonal,
@@ -82,9 +82,8 @@ pub fn dual_paraboloid(
 /// Radiance from a direction.
 pub type Lookup = Box<dyn Fn(DVec3) -> [f32; 3] + Sync>;
 
-/// ∫ L K over d as two paraboloids. `light` gives a lookup in texels like those of a cube of n × n,
-/// `small lights` are small lights beside it, which go to the four texels around each of their parts with
-/// their flux kept.
+/// ∫ L K over d as two paraboloids. `light` gives a lookup in texels like those of a cube of n × n; the flux
+/// of each part of `small_lights` is distributed over the four texels around it.
 pub fn paraboloids(
     light: &dyn Fn(usize) -> Lookup,
     small_lights: &[SmallLight],
@@ -166,7 +165,7 @@ impl Paraboloids {
         })
     }
 
-    /// Other texels.
+    /// The maps resampled at a spacing of `texel`.
     fn resampled(&self, texel: f64) -> Self {
         let grid = |side| Grid { texel, side };
         self.made(texel, |map, k, side| {
@@ -174,7 +173,7 @@ impl Paraboloids {
         })
     }
 
-    /// Two texels beyond the rim: the lookup's and one more.
+    /// Maps that reach two texels beyond the rim: one for bilinear lookups and one more.
     fn made(&self, texel: f64, f: impl Fn(usize, usize, usize) -> [f32; 3]) -> Self {
         let side = 2 * ((1.0 / texel).ceil() as usize + 2);
         let maps = [0, 1].map(|map| (0..side * side).map(|k| f(map, k, side)).collect());

@@ -16,8 +16,8 @@ pub(super) const CARD: Card = Card {
     exact_when: "F → ∞ (chosen by the tolerance)",
 };
 
-/// By spherical harmonics, to relative RMS error `tolerance`. The taps are the leading terms of appendix C of
-/// the thesis: (F + 1)² products for each row of the light and of the map.
+/// Filters by spherical harmonics, to relative RMS error `tolerance`. The taps are the leading terms of
+/// appendix C of the thesis: (F + 1)² products for each row of the light and of the map.
 pub fn frequency(
     light: &Sampled,
     kernel: &dyn Zonal,

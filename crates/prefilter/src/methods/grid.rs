@@ -1,4 +1,5 @@
-//! What the ways share: evaluation at texel centres, and how far a kernel reaches in angle and in frequency.
+//! Common code of the methods: evaluation at texel centres, and the extent of a kernel in angle and in
+//! frequency.
 
 use super::Cost;
 use crate::Zonal;
@@ -11,7 +12,7 @@ use steradian_sphere::{Layout, SphereImage};
 /// Layout, width and height of a face.
 pub type Shape = (Layout, usize, usize);
 
-/// A filtered image and what it took.
+/// A filtered image and the cost of making it.
 #[derive(Debug, Clone)]
 pub struct Made {
     /// ∫ L K at texel centres; planar.

@@ -1,4 +1,4 @@
-//! The light as a pyramid: parts that the kernel sees as points are taken together.
+//! The light as a pyramid, in which parts that are small relative to the kernel are treated as points.
 //!
 //! Kautz, Vázquez, Heidrich & Seidel 2000, *A Unified Approach to Prefiltered Environment Maps*, filter on a
 //! pyramid of the map and descend where the kernel varies over a texel of it. Here a node knows its flux, the
@@ -28,7 +28,7 @@ pub(super) fn opening(tolerance: f64) -> f64 {
     (4.0 * tolerance.sqrt()).min(1.0)
 }
 
-/// By a pyramid of the light.
+/// Filters by a pyramid of the light.
 pub fn hierarchical(
     light: &Sampled,
     kernel: &dyn Zonal,
@@ -38,7 +38,7 @@ pub fn hierarchical(
 ) -> Result<Made, Cancelled> {
     let k0 = kernel.coefficients(0)[0];
     let pyramid = Pyramid::new(light);
-    // What is cut off falls as opening², as the rest of the error.
+    // The truncated tail falls as opening², like the rest of the error.
     let edge = reach(kernel, 2e-3 * opening * opening);
     let eye = Eye { table: Table::new(kernel, edge), width: kernel.width(), opening };
     each(shape, "filtering hierarchically", task, |d| {
@@ -50,7 +50,7 @@ pub fn hierarchical(
     })
 }
 
-/// How a kernel looks at nodes.
+/// The kernel, and the criterion by which nodes are opened.
 struct Eye {
     table: Table,
     width: f64,
@@ -135,7 +135,7 @@ impl Eye {
 }
 
 impl Level {
-    /// Nodes of two by two of these; `None` above a few.
+    /// The next level, whose nodes are two by two of these; `None` where few are left.
     fn above(&self) -> Option<Self> {
         if self.width <= 4 && self.height <= 2 {
             return None;
@@ -147,7 +147,7 @@ impl Level {
         Some(Self { nodes, ..empty })
     }
 
-    /// Where node `k` keeps its children in the level `below`.
+    /// Indices of the children of node `k` in the level `below`.
     fn children(&self, k: usize, below: &Level) -> impl Iterator<Item = usize> + Clone + use<> {
         let (i, j) = (2 * (k % self.width), 2 * (k / self.width));
         let (width, height) = (below.width, below.height);

@@ -83,8 +83,8 @@ pub fn lat_long_bytes(light: &Sampled, kernel: &dyn Zonal, shape: Shape, epsilon
 
 impl Plan {
     fn new(light: &Sampled, kernel: &dyn Zonal, epsilon: f64) -> Self {
-        // Gaussians of that width are at 1e-30 there, GGX at 1e-5; what is sharper than a sixteenth of a row
-        // is cut.
+        // At that frequency Gaussians of the width are at 1e-30, GGX at 1e-5; a kernel sharper than a
+        // sixteenth of a row is truncated.
         let k =
             kernel.coefficients((12.0 / kernel.width()).min(16.0 * light.image.height as f64) as usize + 256);
         Self { band: band_limit(&k, epsilon).max(4), k0: k[0], reach: reach(kernel, epsilon) }
@@ -151,7 +151,7 @@ impl Plan {
         (0..height).into_par_iter().map(row).collect()
     }
 
-    /// Rows j and h − 1 − j of the map, which see the same kernels of rows i and the mirrored ones.
+    /// Rows j and h − 1 − j of the map, to which rows i and h − 1 − i of the light have the same kernels.
     fn rows(
         &self,
         light: &Sampled,

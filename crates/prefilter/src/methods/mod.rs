@@ -1,11 +1,12 @@
-//! Ways to prefilter by name, for comparison: what the literature does, each honest and each ours.
+//! Methods of prefiltering by name, for comparison: those of the literature, each implemented here as well as
+//! it can be.
 //!
 //! All answer one question, B(d) = ∫ L(wi) K(d·wi) dwi, at the texel centres of any layout. Four tend to the
 //! sum over all texels as their parameter refines (`truncated-angular`, `hierarchical`, `lat-long-angular`,
 //! `frequency`); three are approximations that graphics hardware affords (`per-face`, `box-mip`,
 //! `dual-paraboloid`) and tend to it only as the lobe narrows. A constant light stays constant under all of
 //! them: weights are divided by their sum, as ATI's CubeMapGen (2005) did first; where a paper's own method
-//! loses light its file says so.
+//! loses light, the documentation of its module says so.
 
 mod box_mip;
 mod brute;
@@ -59,14 +60,14 @@ pub enum Method {
     Frequency,
 }
 
-/// What a way is, in words.
+/// Description of a method.
 #[derive(Debug, Clone, Copy)]
 pub struct Card {
-    /// On the command line.
+    /// Name on the command line.
     pub name: &'static str,
     /// Who described it, and where.
     pub source: &'static str,
-    /// What it computes.
+    /// The equation that it evaluates.
     pub equation: &'static str,
     /// When it tends to the sum over all texels.
     pub exact_when: &'static str,
@@ -85,7 +86,7 @@ impl Method {
         Self::Frequency,
     ];
 
-    /// What it is.
+    /// Description of the method.
     pub fn card(self) -> &'static Card {
         match self {
             Self::Brute => &brute::CARD,
@@ -99,7 +100,7 @@ impl Method {
         }
     }
 
-    /// Its name.
+    /// Name of the method.
     pub fn name(self) -> &'static str {
         self.card().name
     }
@@ -114,8 +115,8 @@ impl Method {
         !matches!(self, Self::PerFace | Self::BoxMip | Self::DualParaboloid)
     }
 
-    /// Bytes that [`Self::filter`] works in beside the light and the map, where they grow with the kernel's
-    /// bands; else 0.
+    /// Bytes of work space of [`Self::filter`], in addition to the light and the map, where they grow with
+    /// the kernel's bands; else 0.
     pub fn bytes(self, light: &Sampled, kernel: &dyn Zonal, shape: Shape, tolerance: f64) -> u64 {
         match self {
             Self::LatLongAngular => lat_long_bytes(light, kernel, shape, EPSILON * tolerance),
@@ -135,7 +136,7 @@ impl Method {
         let divided;
         let light = match self {
             Self::Brute | Self::Frequency => light,
-            // These take texels at their centres.
+            // The remaining methods sample texels at their centres.
             _ => {
                 divided = light.divided(kernel);
                 &divided

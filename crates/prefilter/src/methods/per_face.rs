@@ -4,8 +4,8 @@
 //! faces [Ashikhmin 2003] … there is no way to fill in the corners around the center face". One
 //! shift-invariant kernel of texels, as graphics hardware convolves, stands for the kernel on the sphere; its
 //! radius is right for the mean texel, too wide in the middle of a face (a texel there spans 2/N, the mean
-//! √(4π/6)/N) and too narrow towards the corners. In the corners nothing is there to filter and what is left
-//! is divided by its weight; a box filter without that division would darken them.
+//! √(4π/6)/N) and too narrow towards the corners. In the corners there are no texels to filter, and the sum
+//! of the existing ones is divided by their weight; a box filter without that division would darken them.
 
 use super::grid::each;
 use super::table::Table;
@@ -30,7 +30,7 @@ const CUT: f64 = 2e-3;
 /// A face is surrounded by at most one more.
 const FARTHEST: f64 = 1.4;
 
-/// By planar convolution of each face; the kernel's radius is `texels` of the source's.
+/// Filters by planar convolution of each face; the kernel's radius is `texels` texels of the source.
 pub fn per_face(
     light: &Sampled,
     kernel: &dyn Zonal,

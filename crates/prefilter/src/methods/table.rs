@@ -1,9 +1,9 @@
-//! A kernel as a table over the squared chord, fine where the kernel is.
+//! A kernel tabulated over the squared chord, with nodes dense where the kernel varies fast.
 //!
 //! Nodes are evenly spaced within each octave of t = 1 + chord²/width²: their index is the exponent and the
 //! leading digits of t as a float, and the digits after them are the weight of the next node. Kernels vary
-//! with t over t, so 256 nodes an octave err by about 1e-6 of the kernel near its peak, 1e-4 of what is left
-//! of it far out.
+//! with t over t, so with 256 nodes an octave the error is about 1e-6 of the kernel near its peak, and 1e-4
+//! of its value far out.
 
 use crate::Zonal;
 
@@ -16,7 +16,7 @@ const FIRST: usize = (1.0_f32.to_bits() >> SHIFT) as usize;
 pub(super) struct Table {
     values: Vec<f32>,
     scale: f64,
-    /// Chord² up to which the table goes.
+    /// Largest chord² in the table.
     pub reach2: f64,
 }
 

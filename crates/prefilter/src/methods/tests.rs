@@ -32,7 +32,8 @@ fn error(light: &Sampled, kernel: &Lobe, made: &Made) -> f64 {
     deviation(light, kernel, &made.image, 60).rms
 }
 
-/// As their parameter refines, errors fall to what texels' centres leave, or as their theory says.
+/// As their parameter is refined, errors fall to that of sampling texels at their centres, or as theory
+/// predicts.
 #[test]
 fn exact_ways_tend_to_brute_force() {
     let light = sampled(&lights()).divided(&Lobe::phong(12.0));
@@ -73,7 +74,7 @@ fn every_way_is_as_good_as_it_says() {
             Method::PerFace => 0.3,
             Method::BoxMip => 0.8,
             Method::DualParaboloid => 0.1,
-            // What sums over texels' centres leave counts as well.
+            // The error of sampling texels at their centres counts as well.
             _ => 2e-3,
         };
         assert!(e < bound, "{}: {e}", method.name());
@@ -97,7 +98,7 @@ fn a_constant_light_stays() {
     }
 }
 
-/// A kernel that is not normalised scales what every way gives, suns included.
+/// A kernel that is not normalised scales the result of every method, suns included.
 #[test]
 fn integrals_of_kernels_scale_maps() {
     let mut lights = smooth();

@@ -1,9 +1,9 @@
-//! The sum over the texels near a direction: the kernel's support cut where the part ε of it is left.
+//! The sum over the texels near a direction: the kernel is truncated where the part ε of it remains.
 //!
 //! Ramamoorthi & Hanrahan 2002, 5.6.4: of a Phong lobe all but ε lies within cos θ* = ε^{1/(s+1)}, which is
 //! the part W = (1 − ε^{1/(s+1)})/2 of all texels (5.30), so the cost is W S_L² for each texel of the map
-//! (5.32); ATI's CubeMapGen (2005) cuts so too. What is left is divided by its sum, else ε of the light would
-//! be lost.
+//! (5.32); ATI's CubeMapGen (2005) cuts so too. The truncated kernel is divided by its sum, else ε of the
+//! light would be lost.
 
 use super::grid::each;
 use super::table::Table;
@@ -44,7 +44,7 @@ pub fn truncated_angular(
 /// Kernel values at a time.
 const RUN: usize = 32;
 
-/// The light with what its rows and columns share computed once.
+/// The light, with values that its rows and columns share computed once.
 struct Near {
     width: usize,
     texels: Vec<[f32; 4]>,

@@ -101,8 +101,7 @@ fn block<V: Vector<T = f32>, const N: usize, const K: usize>(
     }
 }
 
-/// (AᵀWA)⁻¹AᵀW: what fits coefficients to samples by least squares. `None` where the samples do not tell them
-/// apart.
+/// (AᵀWA)⁻¹AᵀW: the matrix that fits coefficients to samples by least squares. `None` where it is singular.
 pub(super) fn least_squares(a: &[Vec<f64>], weights: Option<&[f64]>) -> Option<Vec<Vec<f64>>> {
     let n = a.first()?.len();
     let w = |k: usize| weights.map_or(Some(1.0), |w| w.get(k).copied());

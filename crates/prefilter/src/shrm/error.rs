@@ -23,7 +23,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// As a term of a plan.
+    /// This kernel row as a term of a plan.
     pub fn term(&self) -> Term<'_> {
         Term { q: self.q, k: self.k.each_ref().map(Vec::as_slice) }
     }
@@ -72,7 +72,7 @@ fn lambda_square(l: usize) -> f64 {
 pub struct LightSpectrum {
     /// E_l.
     pub bands: Vec<f64>,
-    /// ∫ L² (5.15); what exceeds the bands' sum lies above them.
+    /// ∫ L² (5.15); the excess over the bands' sum lies above them.
     pub total: f64,
 }
 
@@ -83,7 +83,7 @@ impl LightSpectrum {
         if self.total > 0.0 { (1.0 - captured / self.total).max(0.0) } else { 0.0 }
     }
 
-    /// F_L, the least order with ε_L ≤ `epsilon` (5.16); `None` where no known band gets there.
+    /// F_L, the least order with ε_L ≤ `epsilon` (5.16); `None` where no listed band reaches it.
     pub fn order(&self, epsilon: f64) -> Option<usize> {
         (0..self.bands.len()).find(|f| self.epsilon(*f) <= epsilon)
     }
@@ -92,7 +92,7 @@ impl LightSpectrum {
 /// Energies of a kernel by l and p, Σ_q ρ̂_lpq² with both signs of q, and their total.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KernelSpectrum {
-    /// By l, then p.
+    /// Energies by l, then p.
     pub bands: Vec<Vec<f64>>,
     /// 2π ∫∫∫ f_cos² sin θ_i sin θ_o (5.18); of a radially symmetric kernel ∫ f_cos² dwi (5.17).
     pub total: f64,
@@ -101,7 +101,7 @@ pub struct KernelSpectrum {
 }
 
 impl KernelSpectrum {
-    /// Of a radially symmetric kernel: ρ̂_l² by l.
+    /// The spectrum of a radially symmetric kernel: ρ̂_l² by l.
     pub fn radial(squares: &[f64], total: f64) -> Self {
         Self { bands: squares.iter().map(|x| vec![*x]).collect(), total, complete_in_p: true }
     }
@@ -131,8 +131,8 @@ pub fn lesser(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p: usize
 
 /// ε_B of (5.19) as printed, B_res = Λ_{F+1} (ε_L L_tot)(ε_ρ ρ_tot).
 ///
-/// No bound: a product of amplitudes Λ L ρ̂ has energies with Λ², which is larger while 4π > 2F + 3, and
-/// nothing is said of what P leaves out.
+/// This is not a bound: a product of amplitudes Λ L ρ̂ has energies with Λ², which is larger while 4π > 2F +
+/// 3, and the energy beyond P is not considered.
 pub fn printed_bound(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p: usize) -> f64 {
     let residual = lambda_square(f + 1).sqrt()
         * (light.epsilon(f) * light.total)
@@ -140,7 +140,7 @@ pub fn printed_bound(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p
     share(residual, reflected(light, kernel, f, p))
 }
 
-/// (5.19) repaired: an upper bound of the part of ⟨∫ B² dwo'⟩, the mean over all central directions, that
+/// (5.19) corrected: an upper bound of the part of ⟨∫ B² dwo'⟩, the mean over all central directions, that
 /// orders (f, p) leave out.
 ///
 /// > B_res = Λ²_{F+1} (ε_L L_tot) Σ_{l>F} ρ̂² + Σ_{l≤F} Λ_l² E_l Σ_{p>P} ρ̂² + unknown · max(Λ_l² E_l)
@@ -150,7 +150,7 @@ pub fn printed_bound(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p
 /// with x, the accuracy 1 − ε that it states is never above the true one. A mean over directions: one image
 /// may be worse.
 pub fn bound(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p: usize) -> f64 {
-    // Orders beyond what is listed leave out no more than the listed ones do.
+    // Orders beyond the listed ones leave out no more than the listed ones do.
     let f = f.min(light.bands.len().min(kernel.bands.len()).saturating_sub(1));
     let above_light = lambda_square(f + 1) * light.epsilon(f) * light.total;
     let above: f64 = kernel.bands.iter().skip(f + 1).flatten().sum();
@@ -231,7 +231,7 @@ mod tests {
                     below += usize::from(printed_bound(&light, &kernel, f, p) < truth - 1e-9);
                 }
             }
-            // What is not known counts, too: a light cut at band 10 is bounded from its total.
+            // Unlisted bands count, too: a light cut at band 10 is bounded from its total.
             let cut = LightSpectrum { bands: light.bands[..11].to_vec(), total: light.total };
             for f in 0..10 {
                 let truth = 1.0 - reflected(&light, &kernel, f, 8) / all;
@@ -261,7 +261,7 @@ mod tests {
             let truth = 1.0 - reflected(&light, &kernel, f, 0) / all;
             let repaired = bound(&light, &kernel, f, 0);
             assert!(repaired >= truth - 1e-13, "{f}: {repaired} {truth}");
-            // It is not idle either.
+            // The bound is not trivial either: it falls as orders grow.
             assert!(f < 12 || repaired < 0.05, "{f}: {repaired}");
         }
         assert!(light.order(0.5).is_some_and(|f| f > 10), "{:?}", light.order(0.5));

@@ -53,8 +53,8 @@ pub fn from_views(grid: Grid, views: &[[Vec<f32>; 3]], directions: &[DVec3], p: 
     Some(Global { grid, p, planes: combine(&fit(grid, views, &matrix, None)?, views) })
 }
 
-/// Reflection maps of a set of local directions (θ_o, φ_o), each the same about every texel's frame (5.10).
-/// `None` unless the maps are those of [`super::pairs`] of `p`.
+/// Reflection maps of a set of local directions (θ_o, φ_o), each of which is fixed in every texel's frame
+/// (5.10). `None` unless the maps are those of [`super::pairs`] of `p`.
 pub fn local(maps: &CoefficientMaps, p: usize, directions: &[[f64; 2]]) -> Option<Planes> {
     is_complete(maps, p).then(|| combine(&local_matrix(p, directions), &maps.planes))
 }
@@ -82,8 +82,8 @@ pub fn from_local(
     Some(local_maps(grid, p, combine(&fit(grid, planes, &matrix, weights)?, planes)))
 }
 
-/// Kautz & McCool's texture of elevations θ_o (5.25): Σ_p B_p0 f_p0(θ_o), without what depends on azimuth.
-/// `None` unless the first maps are those with q = 0 of p = 0 … P.
+/// Kautz & McCool's texture of elevations θ_o (5.25): Σ_p B_p0 f_p0(θ_o), without the terms that depend on
+/// azimuth. `None` unless the first maps are those with q = 0 of p = 0 … P.
 pub fn texture_3d(maps: &CoefficientMaps, p: usize, elevations: &[f64]) -> Option<Planes> {
     let zonal = (0..=p).all(|term| maps.keys.get(term) == Some(&Key { term, q: 0 }));
     (zonal && maps.planes.len() > p).then(|| combine(&zonal_matrix(p, elevations), &maps.planes[..=p]))
@@ -110,7 +110,7 @@ pub fn from_texture_3d(
     })
 }
 
-/// The fit's matrix, if the planes are what it takes.
+/// The fit's matrix; `None` where the planes do not match the grid.
 fn fit(
     grid: Grid,
     planes: &[[Vec<f32>; 3]],

@@ -16,7 +16,7 @@ const PAD: usize = 32;
 /// Rows that are multiplied together.
 const ROWS: usize = 4;
 
-/// Where a row's sums over m are kept before they are unfolded.
+/// Storage of a row's sums over m before they are unfolded.
 #[derive(Default)]
 pub(super) struct Buffers {
     /// Coefficients by row: cosines of even m, of odd m, sines of even m, of odd m.

@@ -34,7 +34,7 @@ fn keys(p: usize) -> Vec<Key> {
     pairs(p).into_iter().enumerate().flat_map(both).collect()
 }
 
-/// Where y_pq stands among the keys: index p² + p + q of every key.
+/// Position of y_pq among world harmonics, p² + p + q, for every key.
 pub(super) fn places(p: usize) -> Vec<usize> {
     let pairs = pairs(p);
     keys(p).iter().map(|k| sh::index(pairs[k.term].0, k.q as isize)).collect()
@@ -68,16 +68,16 @@ pub fn to_local(global: &Global) -> CoefficientMaps {
     local_maps(global.grid, global.p, FrameRotation::new(global.p).apply(global.grid, &planes, true))
 }
 
-/// A grid on which functions of a band are known exactly by their samples.
+/// A grid on whose samples functions of a band are exactly determined.
 pub fn exact_grid(band: usize) -> Grid {
     Grid::new(2 * band + 1, (2 * band + 1).next_multiple_of(4))
 }
 
-/// B̂_pq as coefficients, in the order p² + p + q, of terms ρ̂_lpq in the order of [`pairs`] of `p`: what
-/// [`cube`], [`image()`] and [`PointSynthesis`] read anywhere.
+/// B̂_pq as coefficients, in the order p² + p + q, of terms ρ̂_lpq in the order of [`pairs`] of `p`: the
+/// input of [`cube`], [`image()`] and [`PointSynthesis`].
 ///
-/// Each is of band `order` + p, `order` the highest band of light that counts. Where the terms are not those
-/// of `pairs(p)`, there are none.
+/// Each is of band `order` + p, `order` the highest band of light that counts. Empty where the terms are not
+/// those of `pairs(p)`.
 pub fn coefficients(
     light: &ColumnsRgb,
     order: usize,
@@ -143,7 +143,7 @@ const ERROR: f64 = 1e-6;
 /// Turns coefficients of each texel between its frame and the world.
 struct FrameRotation {
     p: usize,
-    /// Of each band, row-major: the exchange of y and z.
+    /// For each band, row-major: the exchange of y and z.
     exchange: Vec<Vec<f64>>,
 }
 

@@ -1,4 +1,4 @@
-//! Where the maps' texels stand, and the frames about central directions.
+//! Central directions of the maps' texels, and the frames about them.
 
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -92,7 +92,7 @@ impl Grid {
         let alpha = c.x.hypot(c.z).atan2(c.y);
         let beta = if c.x == 0.0 && c.z == 0.0 { 0.0 } else { c.z.atan2(c.x) };
         let y = alpha / PI * (self.rows - 1) as f64;
-        // Casts bring what is no number to 0.
+        // Casts turn NaN into 0.
         let i = (y as usize).min(self.rows - 2);
         let x = (0.5 + beta / (2.0 * PI)) * self.columns as f64 - 0.5;
         let x = if x < 0.0 { x + self.columns as f64 } else { x };

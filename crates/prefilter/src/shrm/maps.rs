@@ -3,8 +3,8 @@
 use super::Grid;
 use glam::DVec3;
 
-/// Which map: the term that it belongs to, by its place in what [`super::Plan::maps`] was given, and q with
-/// its sign.
+/// Identifies a map: the term that it belongs to, as an index into those given to [`super::Plan::maps`], and
+/// q with its sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Key {
     /// Place of the term.
@@ -19,7 +19,7 @@ pub struct Key {
 pub struct CoefficientMaps {
     /// Where the texels stand.
     pub grid: Grid,
-    /// What each map is.
+    /// The key of each map.
     pub keys: Vec<Key>,
     /// Red, green and blue of each map, `grid.texels()` long.
     pub planes: Vec<[Vec<f32>; 3]>,

@@ -22,7 +22,7 @@ const CELLS: usize = 64 << 20;
 pub struct Term<'a> {
     /// Azimuthal order; 0 makes one map, others make two.
     pub q: usize,
-    /// k_l of red, green and blue from l = 0; what is below q does not count, what is beyond the end is 0.
+    /// k_l of red, green and blue from l = 0; values below q are ignored, missing ones are 0.
     pub k: [&'a [f64]; 3],
 }
 
@@ -35,16 +35,17 @@ pub struct Plan {
     order: usize,
     grid: Grid,
     rings: Vec<Rings>,
-    /// Per m, per q up to the plan's, per block of rings; empty where that takes too much memory.
+    /// Columns of the recursion by m, by q up to the plan's, by block of rings; empty where they would take
+    /// too much memory.
     kept: Vec<Vec<Vec<Column>>>,
     fourier: Fourier,
-    /// The last cells: fresh memory costs more than a pass over it.
+    /// Memory of the cells, kept for the next call: fresh memory costs more than a pass over it.
     cells: Mutex<Vec<f64>>,
 }
 
 impl Plan {
-    /// Plans maps on `grid` of light up to band `order`; terms up to `q_max` are the quickest (others may be
-    /// asked for). Stable to order 1023 and beyond.
+    /// Plans maps on `grid` of light up to band `order`; terms up to `q_max` are the fastest (higher q are
+    /// allowed). Stable to order 1023 and beyond.
     pub fn new(order: usize, q_max: usize, grid: Grid) -> Self {
         let pairs = grid.rows().div_ceil(2);
         let alpha: Vec<f64> = (0..pairs).map(|i| grid.alpha(i)).collect();

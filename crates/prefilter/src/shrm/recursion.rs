@@ -1,4 +1,4 @@
-//! What turns y_lq about the pole into y_lq about another direction: combinations of Wigner's d over a block
+//! Rotation of y_lq about the pole into y_lq about another direction: combinations of Wigner's d over a block
 //! of rings.
 //!
 //! With u = (x, z, y), in which the image's pole is z, the frame at (α, β) is the rotation R_z(β) R_y(α) but
@@ -34,7 +34,7 @@ const SMALL: f64 = f64::from_bits((1023 - 800) << 52);
 const LIMIT: f64 = f64::from_bits((1023 - 60) << 52);
 /// Seeds are kept above 2^−400 of their exponent.
 const LOW: f64 = f64::from_bits((1023 - 400) << 52);
-/// What is smaller has no part in a sum.
+/// Smaller values are negligible in a sum.
 const NEGLIGIBLE: f64 = 1e-30;
 
 /// cos α, cos α/2 and sin α/2 of a block of rings.
@@ -45,7 +45,7 @@ pub(super) struct Rings {
 }
 
 impl Rings {
-    /// From angles α, the last repeated where there are fewer.
+    /// A block of rings at angles α; the last one is repeated where there are fewer than a block holds.
     pub(super) fn new(alpha: &[f64]) -> Self {
         let at = |k: usize| alpha.get(k).or(alpha.last()).copied().unwrap_or(0.0);
         Self {
@@ -63,7 +63,7 @@ impl Rings {
 pub(super) struct Column {
     /// The band of the first row: below it all rings are negligible.
     pub(super) first: usize,
-    /// By l from `first`: u⁺ of all rings, then, where q > 0, u⁻.
+    /// Rows by l from `first`: u⁺ of all rings, then, where q > 0, u⁻.
     pub(super) rows: Vec<f64>,
 }
 
@@ -190,7 +190,7 @@ impl Sequence {
         lowest == 0.0
     }
 
-    /// The numbers, 0 where they are below f64.
+    /// The values as plain numbers, 0 where they are too small for f64.
     #[inline(always)]
     fn values(&self) -> Lanes {
         let mut out = self.now;

@@ -1,4 +1,4 @@
-//! Resolutions from a tolerance: what bilinear interpolation adds, from the spectra of light and kernel.
+//! Resolutions from a tolerance: the error of bilinear interpolation, from the spectra of light and kernel.
 //!
 //! Linear interpolation of e^{iωx} between samples h apart leaves the mean square, t = ωh,
 //!
@@ -35,7 +35,7 @@ pub struct Frequencies {
 }
 
 impl Frequencies {
-    /// Of the maps of terms, each of which is a map of its own (or two), from E_l.
+    /// Errors for the maps of terms, each of which is a map of its own (or two), from E_l.
     pub fn new(bands: &[[f64; 3]], terms: &[Term<'_>]) -> Self {
         let order = bands.len().saturating_sub(1);
         let (mut alpha, mut beta) = (vec![0.0; order + 1], vec![0.0; order + 1]);
@@ -46,7 +46,7 @@ impl Frequencies {
             let energies: Vec<f64> = (0..=order).map(|l| energy(bands, terms, q, l)).collect();
             for n in 0..=order {
                 for l in n.max(q)..=order {
-                    // ±n, whose shares are alike in sum.
+                    // ±n; only the sum of their shares counts.
                     let both = if n == 0 { 1.0 } else { 2.0 };
                     beta[n] += both * energies[l] / (2 * l + 1) as f64;
                 }
@@ -62,12 +62,12 @@ impl Frequencies {
         (a * a + b * b + 2.0 * CORRELATION * a * b).sqrt()
     }
 
-    /// Of interpolation between rows alone.
+    /// Error of interpolation between rows alone.
     pub fn rows_error(&self, rows: usize) -> f64 {
         relative(&self.alpha, PI / (rows.max(2) - 1) as f64)
     }
 
-    /// Of interpolation between columns alone.
+    /// Error of interpolation between columns alone.
     pub fn columns_error(&self, columns: usize) -> f64 {
         relative(&self.beta, 2.0 * PI / columns.max(1) as f64)
     }
@@ -190,7 +190,7 @@ mod tests {
         assert!((CORRELATION - exact).abs() < 1e-3, "{exact}");
     }
 
-    /// RMS of what bilinear lookup adds, over directions, relative.
+    /// Relative RMS error of bilinear lookup, over directions.
     fn measured(coarse: &CoefficientMaps, fine: &CoefficientMaps) -> f64 {
         let (mut error, mut signal) = (0.0, 0.0);
         for k in 0..6000 {

@@ -29,7 +29,7 @@ pub(super) struct Accumulate<'a> {
     pub(super) stride: usize,
 }
 
-/// Sums of the bands of one parity from the first on and of the other.
+/// Sums of the bands of each parity, that of the first band first.
 type Both<V> = [[V; 6]; 2];
 
 impl Kernel for Accumulate<'_> {

@@ -261,7 +261,7 @@ fn whoever_cancels_is_heard_and_odd_requests_are_harmless() {
     assert!(short.expect("nobody cancels").planes[0][0].iter().all(|x| *x == 0.0));
 }
 
-/// (u⁺)² + (u⁻)² over m is orthogonal at any order: what a wrong seed or an unstable step would break.
+/// (u⁺)² + (u⁻)² over m is orthogonal at any order; a wrong seed or an unstable step would break it.
 #[test]
 fn rotations_stay_orthogonal_to_order_1023() {
     let order = 1023;

@@ -29,12 +29,12 @@ use tracer::{Tracer, Vertex};
 /// Base colour at a point of a surface, linear Rec. 709.
 pub type Tint<'a> = dyn Fn(&Surface) -> [f64; 3] + Sync + 'a;
 
-/// What is to be lit.
+/// The scene that paths are traced through.
 #[derive(Clone, Copy)]
 pub struct PathScene<'a> {
     /// The geometry.
     pub mesh: &'a Mesh,
-    /// Its hierarchy.
+    /// Acceleration structure of the mesh.
     pub bvh: &'a Bvh,
     /// Reflectances by material slot; slots beyond the last take the first.
     pub materials: &'a [SharedBrdf],
@@ -42,12 +42,12 @@ pub struct PathScene<'a> {
     pub tint: Option<&'a Tint<'a>>,
     /// All light. Environments are lat-long images.
     pub lights: &'a Lights,
-    /// How far off the surface rays start, metres; see [`PathScene::OFFSET`].
+    /// Distance that rays start off the surface, metres; see [`PathScene::OFFSET`].
     pub offset: f64,
 }
 
 impl PathScene<'_> {
-    /// The usual offset: 1e-4 in scene units.
+    /// Default offset of rays: 1e-4 in scene units.
     pub const OFFSET: f64 = 1e-4;
 }
 
@@ -56,7 +56,7 @@ pub fn instructions() -> &'static str {
     steradian_simd::isa().name()
 }
 
-/// How much work.
+/// Number of paths and of scattering events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PathOptions {
     /// Reflections at most; 1 is direct light only.
@@ -82,7 +82,7 @@ pub struct PathEstimate {
     pub variance: [f64; 3],
 }
 
-/// A point of a surface that is looked at.
+/// A point of a surface whose radiance is computed.
 #[derive(Debug, Clone, Copy)]
 pub struct PathPoint<'a> {
     /// Position, metres.

@@ -1,7 +1,7 @@
-//! Photographs of a surface that repeats, under one directional light after the other.
+//! Photographs of a periodic surface, under one directional light after another.
 //!
-//! A path is followed once for all lights: at each of its vertices every light is added that reaches it. Rays
-//! leave a period at its side and enter the next one there, so that the surface has no end.
+//! A path is followed once for all lights: at each of its vertices every light that reaches it is added. Rays
+//! that leave a period at its side enter the next one there, so that the surface is endless.
 
 use super::random::Random;
 use super::tracer::Vertex;
@@ -13,10 +13,10 @@ use steradian_parallel::prelude::*;
 use steradian_scene::{Bvh, Mesh, Ray, Surface};
 use steradian_sphere::Frame;
 
-/// Periods that a ray passes through at most.
+/// Most periods that a ray passes through.
 const MOST_PERIODS: usize = 256;
-/// How far beside its middle a pixel is looked at by a single path, in pixels: vertices of height fields lie
-/// in the middles.
+/// Offset from a pixel's centre, in pixels, at which a single path samples it: vertices of height fields lie
+/// at the centres.
 const ASIDE: DVec2 = DVec2::new(1.1e-3, 1.7e-3);
 
 /// A surface over the plane of x and y, seen from z, that repeats.
@@ -24,19 +24,20 @@ const ASIDE: DVec2 = DVec2::new(1.1e-3, 1.7e-3);
 pub struct Patch<'a> {
     /// One period: it covers a rectangle of the plane, and its sides fit each other.
     pub mesh: &'a Mesh,
-    /// Its hierarchy.
+    /// Acceleration structure of the mesh.
     pub bvh: &'a Bvh,
     /// Sides of the period along x and y.
     pub period: DVec2,
     /// Lower left corner of pictures, which are of one period.
     pub corner: DVec2,
-    /// Height of the plane that pictures are of: what hides a point of it, or lies behind it, is seen there.
+    /// Height of the plane whose points pixels represent; a pixel shows the surface point on the line of
+    /// sight through its point, in front of the plane or behind it.
     pub plane: f64,
     /// Reflectance.
     pub brdf: &'a dyn Brdf,
     /// Multiplies it at a point of the mesh.
     pub tint: Option<&'a Tint<'a>>,
-    /// How far off the surface rays start.
+    /// Distance that rays start off the surface.
     pub offset: f64,
 }
 
@@ -46,15 +47,15 @@ pub struct Photographs {
     /// Radiance under an irradiance of 1 across the direction of each light, sr⁻¹: `[pixel][light]`, rows
     /// from the top.
     pub rgb: Vec<[f32; 3]>,
-    /// Estimated variance of these numbers, the mean over pixels and colours, of each light; 0 where nothing
+    /// Estimated variance of these numbers, the mean over pixels and colours, for each light; 0 where nothing
     /// is random.
     pub variance: Vec<f64>,
 }
 
 /// The pictures of `width` · `height` pixels of a patch from the unit direction `view` under a directional
-/// light from each of the unit directions `lights`, all above the plane. One path a pixel looks at its
-/// middle, more of them at random points of it. Random numbers come from the seed, `picture` and the pixel:
-/// the same bits whatever the number of threads.
+/// light from each of the unit directions `lights`, all above the plane. A single path per pixel samples its
+/// centre, several sample random points of it. Random numbers depend on the seed, `picture` and the pixel, so
+/// the bits do not depend on the number of threads.
 ///
 /// # Errors
 /// If the task was cancelled.
@@ -104,7 +105,7 @@ impl<'a> Walk<'a> {
         Self { patch, low: lo.truncate().as_dvec2(), range: [f64::from(lo.z), f64::from(hi.z)] }
     }
 
-    /// Adds the values of a pixel, and what it has of the variances.
+    /// Adds the values of a pixel, and its share of the variances.
     fn pixel(
         &self,
         place: impl Fn(DVec2) -> DVec2,
@@ -120,7 +121,7 @@ impl<'a> Walk<'a> {
             let mut random = Random::new(options.seed, index, u64::from(s));
             let u = if options.samples == 1 { DVec2::splat(0.5) + ASIDE } else { random.pair() };
             values.fill([0.0; 3]);
-            // From above all of the surface.
+            // The ray starts above the whole surface.
             let up = (self.range[1] - self.patch.plane).max(0.0) + self.patch.offset;
             let from = place(u).extend(self.patch.plane) + view * (up / view.z);
             if let Some(v) = self.closest(from, -view) {
@@ -143,7 +144,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// What a path adds under each light.
+    /// Contribution of a path under each light.
     fn follow(
         &self,
         mut v: Vertex<'a>,
@@ -201,8 +202,7 @@ impl<'a> Walk<'a> {
         Ray { origin: origin.as_vec3(), direction: d.as_vec3().normalize() }
     }
 
-    /// The first of what `f` finds in the periods along a line, which gets how far each period is off the
-    /// mesh.
+    /// The first result of `f` over the periods along a line; `f` gets each period's offset from the mesh.
     fn along<T>(&self, o: DVec3, d: DVec3, mut f: impl FnMut(DVec2) -> Option<T>) -> Option<T> {
         let [bottom, top] = self.range;
         let reach = |z: f64| (z - o.z) / d.z;
@@ -246,7 +246,7 @@ impl<'a> Walk<'a> {
         self.along(o, d, hit).is_some()
     }
 
-    /// What a line meets first.
+    /// The first surface point on a line.
     fn closest(&self, o: DVec3, d: DVec3) -> Option<Vertex<'a>> {
         let d = d.normalize();
         let hit = |off: DVec2| {

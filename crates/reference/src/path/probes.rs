@@ -26,7 +26,7 @@ pub struct ProbeEstimate {
 /// Results that are kept from an interrupted computation, and those that are finished now, by number; `()`
 /// keeps none.
 pub trait Kept<T>: Sync {
-    /// What was kept.
+    /// Reads result `number`, if it was kept.
     fn read(&self, number: usize) -> Option<T>;
     /// A result is finished.
     fn write(&self, number: usize, result: &T);
@@ -46,7 +46,7 @@ impl ProbeEstimate {
         self.behind > 0.5
     }
 
-    /// The mean with another, independent estimate: this one is of `n` samples, the other of `more`.
+    /// Averages this mean of `n` samples with another, independent one of `more`.
     pub fn join(&mut self, other: &Self, n: f64, more: f64) {
         let [a, b] = [n, more].map(|k| k / (n + more));
         for c in 0..3 {
@@ -71,10 +71,10 @@ impl ProbeEstimate {
     }
 }
 
-/// Harmonics of `bands` of the radiance that arrives at `points`: distant light where nothing stands in its
-/// way, disks, directional and point lights among it, and what surfaces reflect in `bounces` reflections at
-/// most. A sample is a direction of the sphere, stratified in height, and one drawn from distant light; the
-/// balance heuristic joins them. The same bits whatever the number of threads. Probes that are `kept` are not
+/// Harmonics, in `bands` bands, of the radiance that arrives at `points`: unoccluded distant light with
+/// disks, directional and point lights, and light that surfaces reflect in at most `bounces` reflections. A
+/// sample is a direction of the sphere, stratified in height, and one drawn from distant light; the balance
+/// heuristic combines both. The bits do not depend on the number of threads. Probes that are `kept` are not
 /// traced again.
 ///
 /// # Errors
@@ -104,8 +104,8 @@ pub fn trace_probes(
     out
 }
 
-/// Directions that are drawn from distant light, of those of texels: light varies less within a texel than
-/// over the sphere.
+/// Number of directions drawn from distant light, relative to those of texels: light varies less within a
+/// texel than over the sphere.
 const LIGHT_PATHS: f64 = 0.125;
 
 /// Incident light at a point as an image.
@@ -118,11 +118,11 @@ pub struct ProbeImage {
 }
 
 /// Lat-long images of `height` rows and twice as many columns, in texel means, of the radiance that arrives
-/// at `points`, of the light that [`trace_probes`] takes. `samples` counts the paths of a texel (an even
-/// number of them, two at least), of random directions in it; an eighth as many directions of the whole
-/// sphere are drawn from distant light, and the power heuristic joins them. Directional and point lights fall
-/// into the texel that they come from. The same bits whatever the number of threads. Images that are `kept`
-/// are not traced again.
+/// at `points`, under the light that [`trace_probes`] takes. `samples` is the number of paths per texel
+/// (even, at least two), in random directions within it; an eighth as many directions of the whole sphere are
+/// drawn from distant light, and the power heuristic combines both. Directional and point lights go to the
+/// texel of their direction. The bits do not depend on the number of threads. Images that are `kept` are not
+/// traced again.
 ///
 /// # Errors
 /// If the task was cancelled.

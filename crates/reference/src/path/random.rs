@@ -1,4 +1,4 @@
-//! Random numbers with a seed of their own for every sample.
+//! Random numbers with a separate seed for every sample.
 
 use glam::DVec2;
 
@@ -27,7 +27,7 @@ impl Random {
         (mix(self.0) >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// Two of them.
+    /// Two numbers, uniform in [0, 1).
     pub fn pair(&mut self) -> DVec2 {
         DVec2::new(self.next(), self.next())
     }

@@ -72,7 +72,7 @@ pub(super) fn row_solid_angle(image: &SphereImage, j: usize) -> f64 {
     row_solid_angle_of(image.width, image.height, j)
 }
 
-/// The same of an image of that width and height.
+/// Solid angle of a texel of row `j`, in an image of that width and height.
 pub(super) fn row_solid_angle_of(width: usize, height: usize, j: usize) -> f64 {
     let edge = |j: usize| (PI * j as f64 / height as f64).cos();
     (edge(j) - edge(j + 1)) * TAU / width as f64

@@ -13,7 +13,7 @@ use steradian_sphere::Frame;
 pub(super) struct Vertex<'a> {
     /// Position, metres.
     pub position: DVec3,
-    /// Normal of the surface itself, on the frame's side: rays start on the side they leave to.
+    /// Geometric normal, on the frame's side: rays start on the side that they leave to.
     pub side: DVec3,
     /// Shading frame.
     pub frame: Frame,
@@ -32,7 +32,8 @@ pub(super) struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    /// Radiance along a ray: what it hits reflects `bounces` times at most; what it misses is distant light.
+    /// Radiance along a ray: light reflected at most `bounces` times where it hits a surface, else distant
+    /// light.
     pub fn along(&self, ray: &Ray, bounces: u32, random: &mut Random) -> [f64; 3] {
         match self.hit(ray) {
             Some(v) => self.reflected(v, bounces, random),
@@ -55,7 +56,7 @@ impl<'a> Tracer<'a> {
         self.vertex(ray, &self.scene.mesh.surface(&hit))
     }
 
-    /// What a ray meets there; `None` where nothing reflects.
+    /// The vertex at a ray's hit; `None` where nothing is reflected.
     fn vertex(&self, ray: &Ray, s: &Surface) -> Option<Vertex<'a>> {
         let frame =
             Frame::from_normal_tangent(s.normal.as_dvec3().normalize(), s.tangent.truncate().as_dvec3());

@@ -5,7 +5,7 @@ use super::legendre::{N, Row, Square, hats};
 use std::f64::consts::{PI, TAU};
 use steradian_sphere::SphereImage;
 
-/// How texels are read between their centres.
+/// Interpolation of texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Lookup {
     /// Each texel's value over its exact lat-long cell.
@@ -25,13 +25,13 @@ pub(super) struct Block {
 }
 
 impl Block {
-    /// How many cells.
+    /// Number of cells.
     pub fn len(&self) -> usize {
         (self.i[1] - self.i[0]) as usize * (self.j[1] - self.j[0]) as usize
     }
 
-    /// Halves along `axis`, or along the other where `axis` has one cell; itself twice must not happen: only
-    /// for blocks of two or more cells.
+    /// Halves the block along `axis`, or along the other axis where it has only one cell along `axis`. The
+    /// block must have two or more cells.
     pub fn halves(&self, axis: Axis) -> [Self; 2] {
         let mut out = [*self; 2];
         let wide = self.i[1] - self.i[0] > 1;
@@ -61,7 +61,7 @@ pub(super) struct Moments {
 }
 
 impl Moments {
-    /// Of nothing.
+    /// Moments of zero radiance.
     pub const ZERO: Self = Self { m: [[[0.0; N]; N]; 3], abs: [0.0; 3], spread: [0.0; 3], peak: [0.0; 3] };
 
     /// No light at all?
@@ -124,7 +124,7 @@ impl<'a> Cells<'a> {
             Lookup::Constant => texel(i, j),
             Lookup::Bilinear if j == 0 || j > h => {
                 let row = if j == 0 { 0 } else { h - 1 };
-                // An odd width has no texel straight opposite: the two beside it share.
+                // With an odd width no texel is exactly opposite: the two nearest are averaged.
                 let opposite = 0.5 * (texel(i + w / 2, row) + texel(i + w.div_ceil(2), row));
                 0.5 * (texel(i, row) + opposite)
             }

@@ -8,7 +8,7 @@ use super::pyramid::Pyramid;
 use super::rule::{Found, Integrand, clipped, product};
 use std::collections::BinaryHeap;
 
-/// Where a rectangle gets its light from.
+/// Source of a rectangle's light.
 #[derive(Debug, Clone, Copy)]
 enum Place {
     /// A stored block.
@@ -28,12 +28,12 @@ pub(super) struct View {
 }
 
 impl View {
-    /// Of a chart.
+    /// An engine for a chart.
     pub fn new(chart: Chart) -> Self {
         Self { horizon: Horizon::of(&chart), chart }
     }
 
-    /// How a rectangle lies to the horizon; most are far from it.
+    /// Position of a rectangle relative to the horizon; most are far from it.
     fn side(&self, patch: &Patch) -> Side {
         let z = self.chart.at(patch.centre).z;
         if z > patch.reach {
@@ -87,10 +87,10 @@ impl Ord for Entry {
     }
 }
 
-/// Rectangles smaller than this, radians, are not cut.
+/// Rectangles smaller than this, radians, are not subdivided.
 const SMALLEST: f64 = 1e-10;
 
-/// Sums are taken afresh after so many cuts.
+/// Sums are recomputed after so many subdivisions, to bound rounding errors.
 const REFRESH: u32 = 1 << 12;
 
 /// A sum with its error.
@@ -115,7 +115,7 @@ impl<'a, 'b> Engine<'a, 'b> {
         Self { scene, g, leaves: Vec::new(), heap: BinaryHeap::new(), budget }
     }
 
-    /// Cuts until the errors sum to `tolerance` times the largest channel of the integral plus `known`.
+    /// Subdivides until the errors sum to `tolerance` times the largest channel of the integral plus `known`.
     pub fn run(mut self, tolerance: f64, known: [f64; 3]) -> Total {
         self.roots();
         let target =
@@ -176,7 +176,7 @@ impl<'a, 'b> Engine<'a, 'b> {
         }
     }
 
-    /// Samples a place, or its pieces where it is too large; drops what is dark or below the horizon.
+    /// Samples a place, or its parts where it is too large; drops places that are dark or below the horizon.
     fn admit(&mut self, place: Place) {
         let mut stack = vec![place];
         while let Some(place) = stack.pop() {
@@ -226,7 +226,7 @@ impl<'a, 'b> Engine<'a, 'b> {
         }
     }
 
-    /// Known to be dark without a look at texels.
+    /// Is it dark, as the hierarchy tells without reading texels?
     fn is_dark(&self, place: &Place) -> bool {
         matches!(*place, Place::Tree(k) if self.image().1.nodes[k as usize].moments.is_dark())
     }

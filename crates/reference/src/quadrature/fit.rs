@@ -11,7 +11,7 @@ pub(super) struct Samples {
     pub grid: [WideSquare; 3],
     /// At the check points, `[point][channel]`.
     pub checks: [[f64; 3]; CHECKS.len()],
-    /// One more point (x, y) with its value.
+    /// An additional point (x, y) with its value.
     pub peak: Option<([f64; 2], [f64; 3])>,
 }
 
@@ -30,17 +30,17 @@ pub(super) struct Fit {
     /// Estimate of the error of the mean of g by Gauss–Legendre. It misses degrees 12 and up only, but of a
     /// crease (ρ ≈ 0.6) it gains no more than ρ² on the interpolant, and creases set the law.
     pub tight: f64,
-    /// The same where g's derivatives may be unbounded at the border (maps onto clipped pieces).
+    /// The bound where g's derivatives may be unbounded at the border (maps onto clipped pieces).
     pub tight_at_border: f64,
     /// Shares of φ and θ in `loose`.
     pub share: [f64; 2],
 }
 
-/// How fast coefficients fall off towards the last degrees, from the sums of |c| per degree along one axis.
+/// Decay of coefficients towards the highest degrees, from the sums of |c| per degree along one axis.
 ///
 /// τ = max of the last two, s = max of the two before: ratio per degree ρ = √(τ/s). The interpolant misses
-/// degrees 6 and up, about τ ρ^1.5/(1 − ρ) at the geometric rate; τ·ρ is kept, which real functions, whose
-/// coefficients fall faster than geometrically, stay below.
+/// degrees 6 and up, about τ ρ^1.5/(1 − ρ) at the geometric rate. The estimate is τ·ρ; smooth functions,
+/// whose coefficients fall faster than geometrically, stay below it.
 #[inline(always)]
 fn decay(e: &[f64]) -> (f64, f64) {
     let last = e[N - 1].max(e[N - 2]);
@@ -54,7 +54,7 @@ pub(super) fn fit(s: &Samples) -> [Fit; 3] {
     run(Fits(s))
 }
 
-/// Operations and their order are the same on every instruction set, and so are the bits.
+/// Fits with the same operations in the same order on every instruction set, so that the bits are equal.
 struct Fits<'a>(&'a Samples);
 
 impl Kernel for Fits<'_> {
@@ -90,7 +90,7 @@ fn fit_channel(s: &Samples, channel: usize) -> Fit {
     let share = [tx * rx, ty * ry];
     let decayed = share[0] + share[1];
     let missed = 1.5 * discrepancy(&c, s, channel);
-    // Where the checks contradict the decay, the decay is not believed.
+    // Where the checks contradict the decay of the coefficients, the decay is not used.
     let rho = if missed > 4.0 * decayed { 1.0 } else { rx.max(ry) };
     let loose = decayed.max(missed);
     // The sum of a geometric tail; near ρ = 1 nothing is resolved, and anything may lie beyond the last node.
@@ -120,7 +120,7 @@ fn coefficients(g: &WideSquare) -> WideSquare {
 }
 
 impl Fit {
-    /// The interpolant where the polynomials of x and of y have these values.
+    /// The interpolant at a point, given the polynomials' values at its x and y.
     pub fn at(&self, px: &Row, py: &Wide) -> f64 {
         blend(&self.c, px, py)
     }

@@ -43,7 +43,7 @@ impl Rect {
         }
     }
 
-    /// Its halves.
+    /// The two halves of the rectangle.
     pub fn halves(&self, axis: Axis) -> [Self; 2] {
         let mut out = [*self; 2];
         match axis {
@@ -71,7 +71,7 @@ fn widest_sine(theta: [f64; 2]) -> f64 {
     if theta[0] <= right && right <= theta[1] { 1.0 } else { theta[0].sin().max(theta[1].sin()) }
 }
 
-/// A rectangle with what takes trigonometry to tell of it.
+/// A rectangle with derived quantities that take trigonometry.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Patch {
     /// The rectangle.
@@ -80,13 +80,14 @@ pub(super) struct Patch {
     pub angular: [f64; 2],
     /// The direction of its middle, in the chart's coordinates.
     pub centre: DVec3,
-    /// No point of it is further from the middle; between unit vectors, and an angle too.
+    /// Upper bound of the distance of any point of the rectangle from its middle, as a chord between unit
+    /// vectors and as an angle.
     pub reach: f64,
 }
 
 impl Patch {
-    /// Of a rectangle. The chord between (φ, θ) and (φ', θ') is 4 sin²(Δθ/2) + 4 sin θ sin θ' sin²(Δφ/2),
-    /// squared.
+    /// The patch of a rectangle. The squared chord between (φ, θ) and (φ', θ') is 4 sin²(Δθ/2) + 4 sin θ sin
+    /// θ' sin²(Δφ/2).
     pub fn new(rect: Rect) -> Self {
         let (angular, [phi, theta]) = (rect.angular(), rect.centre());
         let reach = 0.5 * angular[0].hypot(angular[1]);
@@ -94,7 +95,7 @@ impl Patch {
     }
 }
 
-/// Where an integrand is sampled on a rectangle, in the chart's coordinates.
+/// Sample points of an integrand on a rectangle, in the chart's coordinates.
 #[derive(Debug, Clone)]
 pub(super) struct Nodes {
     /// cos φ and sin φ of the Gauss rule's columns.
@@ -106,7 +107,7 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
-    /// On a rectangle.
+    /// Nodes of a rectangle.
     pub fn new(rect: &Rect) -> Self {
         let ([cp, ct], [hp, ht]) = (rect.centre(), rect.size().map(|s| 0.5 * s));
         let (phi, theta) = (cp.sin_cos(), ct.sin_cos());

@@ -1,22 +1,23 @@
-//! How finely rectangles must be cut whatever their samples say: near the lobes a reflectance names.
+//! Subdivision of rectangles that is needed whatever their samples say: near the lobes that a reflectance
+//! declares.
 
 use super::geometry::{Chart, Patch};
 use glam::DVec3;
 use steradian_brdf::Lobe;
 
-/// Nothing is larger than this, radians: samples are then under 3° apart.
+/// Largest size of a rectangle, radians: samples are then less than 3° apart.
 const LARGEST: f64 = 0.2;
 
-/// Nor than this at tolerances of [`ROUGH`] and more, for pictures: samples are then under 11° apart.
+/// Largest size at tolerances of [`ROUGH`] and more, for pictures: samples are then less than 11° apart.
 const LARGEST_ROUGH: f64 = 0.8;
 
-/// A tolerance at which eight bits hide the error.
+/// A tolerance at which eight-bit pictures do not show the error.
 pub(super) const ROUGH: f64 = 1e-2;
 
-/// Nor larger than this many times its distance from a lobe's ridge, or the ridge's width.
+/// Largest size relative to the distance from a lobe's ridge, or the ridge's width.
 const FACTOR: f64 = 2.0;
 
-/// No hint cuts finer, radians.
+/// Hints subdivide down to this size, radians, at most.
 const FINEST: f64 = 1e-5;
 
 /// A ridge: directions at `angle` from `axis`; angle 0 is a peak, π/2 an arc.
@@ -24,7 +25,7 @@ const FINEST: f64 = 1e-5;
 struct Ridge {
     axis: DVec3,
     angle: f64,
-    /// Of the angle.
+    /// Cosine of `angle`.
     cosine: f64,
     width: f64,
 }
@@ -38,10 +39,11 @@ pub(super) struct Hints {
 }
 
 impl Hints {
-    /// From a reflectance's lobes; those that are not finite are dropped.
+    /// Hints from a reflectance's lobes; those that are not finite are dropped.
     ///
-    /// A ridge of half vectors narrows along its cone towards grazing, where n·h is small; as much as n·wo
-    /// does (`cosine`), which a single width cannot tell.
+    /// A ridge of half vectors narrows along its cone towards grazing angles, where n·h is small, in
+    /// proportion to n·wo (`cosine`). Its single width cannot express that, and is therefore multiplied by
+    /// this cosine.
     pub fn new(lobes: &[Lobe], cosine: f64, tolerance: f64) -> Self {
         let narrowing = cosine.clamp(0.02, 1.0);
         let ridge = |lobe: &Lobe| {
@@ -75,7 +77,8 @@ impl Hints {
         let centre = chart.at(patch.centre);
         self.ridges.iter().any(|r| {
             let too_large = |distance: f64| size > FACTOR * distance;
-            // No longer than the angle, and without an arc tangent: a chord; the difference of cosines.
+            // A lower bound of the angle to the ridge that needs no arc tangent: a chord, or the difference
+            // of cosines.
             let short =
                 if r.angle == 0.0 { centre.distance(r.axis) } else { (centre.dot(r.axis) - r.cosine).abs() };
             too_large(r.width)

@@ -14,10 +14,10 @@ pub(super) struct Horizon {
     phi: f64,
 }
 
-/// How a rectangle lies to the horizon.
+/// Position of a rectangle relative to the horizon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Side {
-    /// All above (or clipping is not wanted).
+    /// All above, or clipping is off.
     Above,
     /// Nothing above.
     Below,
@@ -42,7 +42,7 @@ impl Horizon {
         [self.b * low, self.b * high]
     }
 
-    /// Where a rectangle lies. A sliver thinner than rounding counts as below.
+    /// Position of a rectangle. A sliver thinner than rounding counts as below.
     pub fn side(&self, rect: &Rect) -> Side {
         let [low, high] = self.swing(rect.phi);
         let [t0, t1] = rect.theta;

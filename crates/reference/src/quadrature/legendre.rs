@@ -12,7 +12,7 @@ pub(super) type Row = [f64; N];
 /// One value for each pair of degrees (or nodes): x first.
 pub(super) type Square = [Row; N];
 
-/// Interior points, off the Gauss grid and near its border, where an interpolant is put to the test.
+/// Interior points, off the Gauss grid and near its border, at which an interpolant is checked.
 pub(super) const CHECKS: [[f64; 2]; 5] = [[0.0, 0.0], [0.97, 0.4], [-0.97, -0.4], [-0.4, 0.97], [0.4, -0.97]];
 
 /// A [`Row`] with zeros behind it, which fills the widest registers.
@@ -27,14 +27,14 @@ pub(super) fn wide(row: &Row) -> Wide {
     std::array::from_fn(|j| if j < N { row[j] } else { 0.0 })
 }
 
-/// The Gauss–Legendre rule of N nodes and what is made of it once.
+/// The Gauss–Legendre rule of N nodes and tables derived from it.
 pub(super) struct Rule {
     /// Nodes.
     pub x: Row,
     /// Discrete transform: c_i = Σ_q `to_degree[i][q]` g(x_q) are the Legendre coefficients of the
     /// interpolant.
     pub to_degree: Square,
-    /// The same, node first.
+    /// The table transposed, node first.
     pub of_node: WideSquare,
     /// Weights.
     pub w: Row,

@@ -36,10 +36,10 @@ use steradian_light::{Lights, Unsound};
 use steradian_parallel::prelude::*;
 use steradian_sphere::{Frame, Layout};
 
-/// Evaluations of f_cos after which a point stops, with whatever error is left stated.
+/// Evaluations of f_cos after which a point stops; the remaining error is stated.
 pub const MAX_EVALUATIONS: u64 = 4_000_000;
 
-/// No tolerance below this is aimed at: sums of doubles end here.
+/// Least tolerance: sums in double precision reach no further.
 const FINEST_TOLERANCE: f64 = 1e-12;
 
 /// Light that the reference cannot take.
@@ -73,7 +73,7 @@ pub struct Estimate {
     /// the radiance is exactly zero; infinite where the reflectance is not finite, or a point light has no
     /// position to be seen from.
     pub error: f64,
-    /// How often f_cos was evaluated.
+    /// Number of evaluations of f_cos.
     pub evaluations: u64,
 }
 
@@ -85,11 +85,11 @@ impl Estimate {
 /// A point to be judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferencePoint {
-    /// Its shading frame, world space, orthonormal.
+    /// Shading frame of the point, world space, orthonormal.
     pub frame: Frame,
     /// Unit direction to the viewer, world space.
     pub wo: DVec3,
-    /// Its place, metres, which point lights need.
+    /// Position, metres, which point lights need.
     pub position: Option<DVec3>,
 }
 
@@ -113,7 +113,7 @@ impl Reference {
         Ok(Self { lights: lights.clone(), lookup, pyramid, budget: MAX_EVALUATIONS })
     }
 
-    /// The same reference that stops a point after about `evaluations`.
+    /// This reference with a limit of about `evaluations` per point.
     pub fn with_budget(mut self, evaluations: u64) -> Self {
         self.budget = evaluations;
         self
@@ -147,7 +147,7 @@ impl Reference {
         Estimate { rgb, error, evaluations: g.evaluations }
     }
 
-    /// Radiance of many points, over all cores; the same values whatever their number.
+    /// Radiance of many points, on all cores; the bits do not depend on their number.
     pub fn radiance_batch(
         &self,
         brdf: &dyn Brdf,
@@ -214,7 +214,7 @@ fn radius(r: f64) -> f64 {
     r.clamp(0.0, std::f64::consts::PI)
 }
 
-/// Below this, products underflow on the way: an absolute error that every radiance has.
+/// Below this, intermediate products underflow: an absolute error that is added to every radiance's.
 const UNDERFLOW: f64 = 1e-290;
 
 /// Absolute → relative error.

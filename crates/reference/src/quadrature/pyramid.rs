@@ -13,7 +13,7 @@ use steradian_parallel::prelude::*;
 /// fit into a cache.
 const LEAF: [usize; 2] = [4, 32];
 
-/// Leaves up to which they are made small.
+/// Number of leaves up to which they are small.
 const FINE: usize = 1 << 13;
 
 /// Most stored leaves, about: larger images get larger leaves.
@@ -22,7 +22,7 @@ const LEAVES: usize = 1 << 16;
 /// Blocks with more than this part of all light are not sampled as one.
 const HEAVY: f64 = 1.0 / 48.0;
 
-/// The same at tolerances of [`ROUGH`] and more.
+/// The share at tolerances of [`ROUGH`] and more.
 const HEAVY_ROUGH: f64 = 1.0 / 12.0;
 
 /// One block.
@@ -99,14 +99,14 @@ impl Pyramid {
         Ok(Self { nodes, power })
     }
 
-    /// Does a block hold so much of all light that its texels should be told apart, whatever f does?
+    /// Does a block hold so much of all light that its texels should be resolved, whatever f is?
     pub fn is_heavy(&self, moments: &Moments, rect: &Rect, tolerance: f64) -> bool {
         let (share, heavy) = (on_sphere(moments, rect), if tolerance < ROUGH { HEAVY } else { HEAVY_ROUGH });
         (0..3).any(|c| share[c] > heavy * self.power[c])
     }
 }
 
-/// About ∫ |L| dω of a block.
+/// Approximate ∫ |L| dω of a block.
 fn on_sphere(moments: &Moments, rect: &Rect) -> [f64; 3] {
     let s = rect.centre()[1].sin();
     moments.abs.map(|v| v * s)

@@ -36,7 +36,7 @@ impl<'a> Integrand<'a> {
         }
     }
 
-    /// The same at many directions.
+    /// Evaluates the integrand at many directions.
     fn all(&mut self, wi: &[DVec3; SAMPLES], scale: &[f64; SAMPLES]) -> [[f64; 3]; SAMPLES] {
         self.evaluations += SAMPLES as u64;
         let mut f = [[0.0; 3]; SAMPLES];
@@ -53,7 +53,7 @@ impl<'a> Integrand<'a> {
     }
 }
 
-/// What a rule finds.
+/// Result of a rule.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     /// The integral.
@@ -147,7 +147,8 @@ fn scaled(rect: &Rect, phi: f64, theta: f64) -> [f64; 2] {
     [2.0 * (phi - cp) / dp, 2.0 * (theta - ct) / dt]
 }
 
-/// How close to the horizon it is looked at, as a part of the interval above it.
+/// Distance from the horizon, relative to the interval above it, at which the integrand is sampled closest to
+/// it.
 const JUST: f64 = 1e-6;
 
 fn smooth_error(l: &Moments, c: usize, f: &Fit) -> f64 {
@@ -187,9 +188,9 @@ fn samples(f: &[[f64; 3]; SAMPLES]) -> Samples {
     out
 }
 
-/// The same integral over the part of a rectangle above the horizon, for bilinear L.
+/// The integral over the part of a rectangle above the horizon, for bilinear L.
 ///
-/// Azimuth is cut where the horizon enters or leaves through the rectangle's upper or lower edge; on each
+/// Azimuth is split where the horizon enters or leaves through the rectangle's upper or lower edge; on each
 /// piece the polar angle runs up to the horizon, and the integrand mapped to the square is smooth.
 pub(super) fn clipped(
     g: &mut Integrand<'_>,

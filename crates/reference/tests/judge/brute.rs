@@ -67,7 +67,8 @@ impl<'a> Brute<'a> {
         }
     }
 
-    /// Over every texel, each cut into pieces × pieces; the horizon is resolved by `depth` halvings more.
+    /// The sum over every texel, each cut into pieces × pieces; the horizon is resolved by `depth` more
+    /// halvings.
     pub fn sum(&self, image: &SphereImage, pieces: usize, depth: u32) -> [f64; 3] {
         let (w, h) = (image.width, image.height);
         let mut sum = [0.0; 3];
@@ -86,7 +87,7 @@ impl<'a> Brute<'a> {
         sum
     }
 
-    /// The same with radiance from `light`, on a grid of cells × cells/2 over the sphere.
+    /// The sum with radiance from `light`, on a grid of cells × cells/2 over the sphere.
     pub fn smooth(&self, light: Light<'_>, cells: usize, depth: u32) -> [f64; 3] {
         let step = 2.0 * PI / cells as f64;
         let mut sum = [0.0; 3];
@@ -163,7 +164,7 @@ fn bilinear_lookup() {
     }
 }
 
-/// A half-degree sun in and beside narrow highlights, against Gauss rules on 64 × 64 pieces of its disk.
+/// A half-degree sun in and next to narrow highlights, against Gauss rules on 64 × 64 pieces of its disk.
 #[test]
 fn suns() {
     let rho = 0.00465;

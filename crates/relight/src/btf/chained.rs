@@ -2,16 +2,16 @@
 //!
 //! Suykens, vom Berge, Lagae & Dutré (2003), *Interactive Rendering with Bidirectional Texture Functions*:
 //! the function is a sum of products of a table over texel and half vector and one over the difference vector
-//! (Rusinkiewicz 1998: the light's direction in the frame of the half vector), and what it leaves as a factor
-//! is chained to it, here one over the light:
+//! (Rusinkiewicz 1998: the light's direction in the frame of the half vector), and the remaining error is
+//! modelled as a further factor chained to it, here one over the light:
 //!
 //! > B(x, v, l) ≈ R(l) Σ_j P_j(x, h) Q_j(d)
 //!
 //! P and Q are tables over directions, interpolated with barycentric weights ([`super::Net`]). P, Q and R are
-//! fitted in turns, each by least squares with the others fixed (Gabriel & Zamir 1979) and held a little to
-//! what it was (Rockafellar 1976), so that no step raises the error. The view is in h and d alone: where a
-//! bump hides a texel from one view and not from another of nearly the same h and d, the product has the mean
-//! of both.
+//! fitted in turns, each by least squares with the other two fixed (Gabriel & Zamir 1979) and weakly held to
+//! its previous values (Rockafellar 1976), so that no step raises the error. The view is in h and d alone:
+//! where a bump hides a texel from one view and not from another of nearly the same h and d, the product has
+//! the mean of both.
 
 use super::directions::around;
 use super::levels::Levels;
@@ -29,7 +29,7 @@ use steradian_parallel::prelude::*;
 pub struct Corners {
     /// The directions.
     pub of: [u32; 3],
-    /// Their weights, which sum to 1.
+    /// Weights of these, which sum to 1.
     pub weights: [f32; 3],
 }
 
@@ -48,7 +48,7 @@ pub struct Chained {
     pub halves: usize,
     /// Directions of difference vectors.
     pub differences: usize,
-    /// Where the half vector of each pair lies, view after view.
+    /// Table entries around the half vector of each pair, and weights, view after view.
     pub places: Vec<Corners>,
     /// R, of each light.
     pub light: Vec<f32>,
@@ -58,7 +58,7 @@ pub struct Chained {
     pub texels: Vec<f32>,
 }
 
-/// What is fitted beside P.
+/// State of the fit other than P.
 struct Fit<'a> {
     of: &'a Btf,
     terms: usize,
@@ -72,11 +72,11 @@ struct Fit<'a> {
     texels: Vec<f32>,
 }
 
-/// Turns at most.
+/// Most rounds.
 const ROUNDS: usize = 24;
-/// Turns end where the squared error falls by less than this of it.
+/// Relative decrease of the squared error at which rounds end.
 const GAIN: f64 = 1e-3;
-/// How strongly a table is held to what it was, over the mean of its system's diagonal.
+/// Weight that holds a table to its previous values, relative to the mean of its system's diagonal.
 const HELD: f64 = 1e-7;
 
 /// A spiral of golden angles (Vogel 1979) over the hemisphere, at these angles from the normal.
@@ -86,8 +86,8 @@ fn spiral(count: usize, theta: impl Fn(f64) -> f64) -> Vec<DVec3> {
 }
 
 /// Half vectors of a table, in equal steps of the angle from the normal: most pairs' lie near it, where
-/// highlights are. In equal solid angles 21 of them err by 22 % of GGX of width 0.4 on a plane, like this by
-/// 8 %.
+/// highlights are. With 21 of them in equal solid angles the error for GGX of width 0.4 on a plane is 22 %,
+/// with these 8 %.
 fn half_vectors(count: usize) -> Vec<DVec3> {
     spiral(count, |u| FRAC_PI_2 * u)
 }
@@ -106,7 +106,7 @@ fn half_and_difference(v: DVec3, l: DVec3) -> (DVec3, DVec3) {
     (h, DVec3::new(l.dot(t), l.dot(b), l.dot(h)))
 }
 
-/// A symmetric system held to what it was, and by how much.
+/// Factorises a symmetric system with the weight of the previous values; returns that weight too.
 fn held(mut system: Vec<Vec<f64>>) -> Option<(Cholesky, f64)> {
     let n = system.len();
     let trace: f64 = (0..n).map(|k| system[k][k]).sum();
@@ -223,7 +223,7 @@ impl<'a> Fit<'a> {
         (0..self.places.len()).flat_map(|p| self.factors_at(p)).map(|q| q as f32).collect()
     }
 
-    /// P, with Q and R fixed: the same system for every texel and colour.
+    /// Fits P with Q and R fixed: one system for every texel and colour.
     fn fit_texels(&mut self, go_on: GoOn<'_>) {
         let (j, lights, n) = (self.terms, self.light.len(), self.halves * self.terms);
         // R(l) Q(d) of each pair.
@@ -330,7 +330,7 @@ impl<'a> Fit<'a> {
         Moments { sides, squares }
     }
 
-    /// What Q of a pair makes of its squares and of its sides.
+    /// Quadratic and linear form of a pair's Q: with the squares and with the right-hand sides.
     fn quadratic(&self, m: &Moments, pair: usize) -> [f64; 2] {
         let (j, q) = (self.terms, self.factors_at(pair));
         let square = &m.squares[pair * j * j..][..j * j];

@@ -21,8 +21,8 @@ pub fn bonn() -> Vec<DVec3> {
     BONN.into_iter().flat_map(ring).collect()
 }
 
-/// So many directions up to 75° from the normal, the normal first: the [`bonn`] ones of 81, else equal steps
-/// of the cosine along a spiral of golden angles (Vogel 1979).
+/// `count` directions up to 75° from the normal, the normal first: the [`bonn`] directions for 81, else equal
+/// steps of the cosine along a spiral of golden angles (Vogel 1979).
 pub fn spread(count: usize) -> Vec<DVec3> {
     if count == 81 {
         return bonn();
@@ -40,7 +40,7 @@ pub fn spread(count: usize) -> Vec<DVec3> {
 pub struct Pairing {
     /// Views in the order of their first picture.
     pub views: Vec<DVec3>,
-    /// Lights in the same order.
+    /// Lights, in the order of the pictures.
     pub lights: Vec<DVec3>,
     /// The picture of each view under each light, view after view.
     pub pictures: Vec<usize>,
@@ -50,7 +50,7 @@ pub struct Pairing {
 const SAME: f64 = 1e-6;
 
 impl Pairing {
-    /// Of the directions to light and viewer of each picture.
+    /// The directions to light and viewer of each picture.
     pub fn new(pictures: &[(DVec3, DVec3)]) -> Result<Self, BtfError> {
         let (mut views, mut lights) = (Directions::default(), Directions::default());
         let mut places = Vec::with_capacity(pictures.len());
@@ -71,7 +71,8 @@ impl Pairing {
             let ((view_theta, view_phi), (theta, phi)) = (angles(views[v]), angles(lights[l]));
             BtfError::Missing { view_theta, view_phi, theta, phi, missing, all: count }
         };
-        // Without room for all there is some pair that no picture is of.
+        // The table needs no more than one entry beyond the number of pictures: if there are more pairs, one
+        // of those entries stays empty, and that pair is reported as missing.
         let mut table = vec![usize::MAX; count.min(pictures.len() + 1)];
         for (k, (v, l)) in places.iter().enumerate() {
             if let Some(to) = table.get_mut(v * lights.len() + l) {
@@ -88,8 +89,8 @@ impl Pairing {
         }
     }
 
-    /// Directions of the light that no view is of, where every view is one of the light's and most of the
-    /// light's are views: sets such as Bonn's look from where they light, so that these views may be missing
+    /// Directions of the light that are no views, where every view is one of the light's directions and most
+    /// of the light's are views: in sets such as Bonn's both are the same, so that these views may be missing
     /// altogether, which leaves the pictures complete.
     pub fn unseen(&self) -> Vec<DVec3> {
         let mut views = Directions::default();
@@ -109,7 +110,7 @@ struct Directions {
 }
 
 impl Directions {
-    /// The number of a direction, a new one where none is the same.
+    /// The index of a direction, a new one where no equal one exists.
     fn number(&mut self, d: DVec3) -> usize {
         let cell = [d.x, d.y].map(|x| (x * 1e4).round() as i32);
         for i in -1..=1 {

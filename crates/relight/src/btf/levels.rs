@@ -1,4 +1,4 @@
-//! The coarser texels of a patch that repeats, and which texels stand for a square of it.
+//! The coarser levels of a patch that repeats, and the texels that a square of it covers.
 
 /// A level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub struct Levels(Vec<Level>);
 pub type Tap = (usize, f32);
 
 impl Levels {
-    /// Those of a patch.
+    /// The levels of a patch.
     pub fn new(width: usize, height: usize) -> Self {
         let (mut width, mut height, mut first) = (width.max(1), height.max(1), 0);
         let mut all = Vec::new();
@@ -32,7 +32,7 @@ impl Levels {
         }
     }
 
-    /// How many levels.
+    /// Number of levels.
     pub fn len(&self) -> usize {
         self.0.len()
     }
@@ -76,7 +76,7 @@ impl Levels {
         out
     }
 
-    /// The texels that stand for a square of side `footprint` at `uv` (v downwards, both in patches):
+    /// The texels, with weights, for a square of side `footprint` at `uv` (v downwards, both in patches):
     /// bilinear in the two nearest levels. The coordinates repeat.
     pub fn taps(&self, uv: [f32; 2], footprint: f32) -> [Tap; 8] {
         let finest = self.0[0].width.max(self.0[0].height) as f32;

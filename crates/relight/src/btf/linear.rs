@@ -10,7 +10,8 @@ const LANES: usize = 16;
 const RUN: usize = 512;
 /// Columns that a thread takes at once.
 pub const BLOCK: usize = 1024;
-/// What of the largest square a vector must have beside those before it.
+/// Least squared length of a vector after orthogonalisation against those before it, relative to the largest;
+/// shorter ones count as dependent.
 const RANK: f64 = 1e-13;
 
 /// Σ a b of a run.
@@ -67,7 +68,7 @@ pub fn products(a: &[f32], b: &[f32], n: usize) -> Vec<f64> {
     out
 }
 
-/// The same of the rows of `a` with each other, as a square matrix; on all cores.
+/// Scalar products of the rows of `a` with each other, as a square matrix; on all cores.
 pub fn gram(a: &[f32], n: usize) -> Vec<Vec<f64>> {
     let rows = a.len() / n.max(1);
     let row = |i: usize| (0..=i).map(|j| dot(&a[i * n..][..n], &a[j * n..][..n])).collect::<Vec<f64>>();
@@ -75,9 +76,9 @@ pub fn gram(a: &[f32], n: usize) -> Vec<Vec<f64>> {
     (0..rows).map(|i| (0..rows).map(|j| lower[i.max(j)][i.min(j)]).collect()).collect()
 }
 
-/// Orthonormal vectors that span what the rows of `a` span, the strongest first; as many as rows, those that
-/// depend on the others 0. By the eigenvectors of their scalar products, twice: the first time leaves those
-/// of weak ones to rounding.
+/// An orthonormal basis of the span of the rows of `a`, the strongest vector first; as many vectors as rows,
+/// dependent ones 0. By the eigenvectors of their scalar products, twice: after the first time weak vectors
+/// have rounding errors.
 pub fn orthonormal(a: &[f32], n: usize) -> Vec<f32> {
     let mut out = a.to_vec();
     for _ in 0..2 {

@@ -1,13 +1,13 @@
 //! Clusters of texels, and principal components of each.
 //!
 //! Müller, Meseth & Klein (2003), *Compression and Real-Time Rendering of Measured BTFs Using Local PCA*:
-//! texels are points; two steps take turns, each texel goes to the cluster that errs least on it, and each
-//! cluster takes the mean and the principal components of its texels ([`Clusters`]). Points of many
+//! texels are points; two steps take turns, each texel goes to the cluster with the least error on it, and
+//! each cluster takes the mean and the principal components of its texels ([`Clusters`]). Points of many
 //! dimensions are first taken to a subspace that holds most of them, by random sums of texels (Halko,
-//! Martinsson & Tropp 2011; Clarkson & Woodruff 2013): what lies beside it is the same for all clusters, and
-//! no step raises the rest. Then means and components are refined in all dimensions, by orthogonal iteration,
-//! which never raises the error either: the squares that a subspace holds are a convex function of it, and
-//! each step goes to where its tangent is highest.
+//! Martinsson & Tropp 2011; Clarkson & Woodruff 2013): the part outside it is equal for all clusters, and no
+//! step raises the part inside. Then means and components are refined in all dimensions, by orthogonal
+//! iteration, which never raises the error either: the squares that a subspace holds are a convex function of
+//! it, and each step goes to where its tangent is highest.
 
 use super::linear::{BLOCK, add, dot, orthonormal, products};
 use super::{Btf, GoOn, Levels};
@@ -17,7 +17,7 @@ use steradian_parallel::prelude::*;
 /// Clusters of texels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Local {
-    /// Tables of a cluster beside its mean.
+    /// Tables of a cluster in addition to its mean.
     pub components: usize,
     /// Numbers of a table: three for each pair of view and light, view after view.
     pub dimension: usize,
@@ -29,17 +29,17 @@ pub struct Local {
     pub weights: Vec<f32>,
 }
 
-/// Up to so many texels or numbers of a texel nothing is left out while texels are clustered.
+/// Where texels, or the numbers of a texel, are at most this many, the clustering uses all dimensions.
 const FULL: usize = 384;
-/// Dimensions otherwise.
+/// Dimensions of the clustering otherwise.
 const SKETCH: usize = 160;
-/// Sums that a texel goes into.
+/// Number of random sums that a texel is part of.
 const SUMS: usize = 4;
-/// Turns of clustering.
+/// Rounds of clustering.
 const ROUNDS: usize = 24;
 /// Steps of refinement.
 const STEPS: usize = 8;
-/// Refinement ends where a step takes less than this of the error.
+/// Refinement ends where a step reduces the error by less than this part.
 const GAIN: f64 = 1e-3;
 /// Texels at a time.
 const ROWS: usize = 16;
@@ -152,7 +152,7 @@ impl Local {
     /// Weights of the finest texels, and the squared error.
     fn weigh(&self, of: &Btf, go_on: GoOn<'_>) -> Option<(Vec<f32>, f64)> {
         let (d, c) = (self.dimension, self.components);
-        // Texels of a cluster one after the other, whose tables then stay in the cache.
+        // Texels of a cluster one after the other, so that its tables stay in the cache.
         let mut order: Vec<usize> = (0..of.texels()).collect();
         order.sort_by_key(|x| self.cluster[*x]);
         let some = |texels: &[usize]| {
@@ -183,7 +183,7 @@ impl Local {
         Some((weights, error))
     }
 
-    /// Orthogonal iteration (Bauer 1957): components become what the texels' weights make of the texels, made
+    /// Orthogonal iteration (Bauer 1957): components become the texels' sums with their weights, made
     /// orthonormal.
     fn refine(&mut self, of: &Btf, errors: &mut Vec<f64>, go_on: GoOn<'_>) -> Option<()> {
         let (d, c, clusters) = (self.dimension, self.components, self.len());
@@ -230,8 +230,8 @@ impl Local {
         Some(())
     }
 
-    /// Texels of a coarser level: means of what stands for the finer ones, in whichever of their clusters
-    /// errs least on them.
+    /// Texels of a coarser level: means of the compressed finer ones, in that of their clusters that has the
+    /// least error.
     fn coarser(&mut self, levels: &Levels, level: usize, go_on: GoOn<'_>) {
         let (d, c) = (self.dimension, self.components);
         let this = &*self;
@@ -268,7 +268,7 @@ impl Local {
 }
 
 /// Rows of sums over texels, a block of columns at a time: `block` gets columns and the first, and gives
-/// `rows` rows of them. Zeros once `go_on` says no.
+/// `rows` rows of them. Zeros once `go_on` returns false.
 fn by_columns(
     of: &Btf,
     rows: usize,
@@ -326,7 +326,7 @@ pub(super) fn mixed(k: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The texels in a basis, or as they are; not all of them once `go_on` says no.
+/// The texels in a basis, or unchanged; incomplete once `go_on` returns false.
 fn coordinates(of: &Btf, basis: Option<&[f32]>, go_on: GoOn<'_>) -> Vec<f32> {
     let (texels, d) = (of.texels(), of.dimension());
     let some = |b: usize| {

@@ -1,10 +1,10 @@
 //! Bidirectional texture functions (Dana, van Ginneken, Nayar & Koenderink 1999, *Reflectance and Texture of
-//! Real-World Surfaces*): what each texel of a surface shows from every view under every light, bumps, their
-//! shadows, what hides what and what they reflect on each other included; and three ways to make them small
-//! (STAR04 6.4.5).
+//! Real-World Surfaces*): the radiance of each texel of a surface in every view under every light, with
+//! bumps, their shadows, occlusion and interreflection included; and three methods to compress them (STAR04
+//! 6.4.5).
 //!
 //! A function is a table B(x, v, l) of texels x, views v and lights l in red, green and blue. A number of 1
-//! is what a white Lambertian surface reflects of a light that it faces: radiance is E B/π under the
+//! is the value of a white Lambertian surface under a light that it faces: radiance is E B/π under the
 //! irradiance E across the light's direction, the cosine of its angle is in B. Directions are x to the right
 //! of the picture, y up, z out of it; patches repeat.
 //!
@@ -14,7 +14,7 @@
 //! | local | Müller, Meseth & Klein 2003 | μ_k(v, l) + Σ_j a_j(x) e_kj(v, l), k the cluster of x: principal components of clusters of texels |
 //! | chained | Suykens, vom Berge, Lagae & Dutré 2003 | R(l) Σ_j P_j(x, h) Q_j(d): a sum of products over half vector and difference, chained with one over the light |
 //!
-//! Every number is asked for alone, by [`Compressed::decode`]: nothing is unpacked beforehand.
+//! Every number is decoded on its own, by [`Compressed::decode`]: nothing is unpacked beforehand.
 
 mod chained;
 mod directions;
@@ -38,10 +38,10 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use steradian_parallel::prelude::*;
 
-/// Whether to go on; what it is asked by ends early once it says no, which it then does for good.
+/// Returns whether to go on; the caller ends early once it returns false, as it does from then on.
 pub type GoOn<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Directions of light or view at most, and texels.
+/// Most directions of light or view, and most texels a side.
 const MOST: usize = 1 << 16;
 /// Largest number of half precision.
 const LARGEST_HALF: f32 = 65504.0;
@@ -58,9 +58,9 @@ pub enum BtfError {
     /// A picture of another size.
     #[error("is of {got} texels where the first picture has {want}")]
     Texels {
-        /// Its texels.
+        /// Its number of texels.
         got: usize,
-        /// Those of the first.
+        /// Number of texels of the first picture.
         want: usize,
     },
     /// A number that is not finite.
@@ -77,11 +77,11 @@ pub enum BtfError {
     Missing {
         /// The view's angle from the normal, degrees.
         view_theta: f64,
-        /// Its azimuth.
+        /// Azimuth of the view.
         view_phi: f64,
         /// The light's angle from the normal.
         theta: f64,
-        /// Its azimuth.
+        /// Azimuth of the light.
         phi: f64,
         /// Pictures that are missing.
         missing: usize,
@@ -93,7 +93,7 @@ pub enum BtfError {
     Twice(usize, usize),
 }
 
-/// The numbers: texel after texel, of each the views, of these the lights, of these red, green and blue.
+/// The numbers: texel after texel; in each the views, in these the lights, in these red, green and blue.
 #[derive(Debug, Clone, PartialEq)]
 enum Values {
     Single(Vec<f32>),
@@ -264,19 +264,19 @@ impl Btf {
     }
 }
 
-/// How a function is made small.
+/// Method of compression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// Sattler, Sarlette & Klein 2003, *Efficient and Realistic Visualization of Cloth*.
     View {
-        /// Pictures of each view beside their mean; no more than there are lights.
+        /// Pictures of each view in addition to their mean; no more than there are lights.
         components: usize,
     },
     /// Müller, Meseth & Klein 2003, *Compression and Real-Time Rendering of Measured BTFs Using Local PCA*.
     Local {
         /// Clusters of texels; no more than there are texels.
         clusters: usize,
-        /// Tables of a cluster beside its mean.
+        /// Tables of a cluster in addition to its mean.
         components: usize,
     },
     /// Suykens, vom Berge, Lagae & Dutré 2003, *Interactive Rendering with Bidirectional Texture Functions*.
@@ -290,21 +290,21 @@ pub enum Method {
     },
 }
 
-/// What stands for the function.
+/// Compressed form of the function.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Model {
-    /// Of [`Method::View`].
+    /// Model of [`Method::View`].
     View(View),
-    /// Of [`Method::Local`].
+    /// Model of [`Method::Local`].
     Local(Local),
-    /// Of [`Method::Chained`].
+    /// Model of [`Method::Chained`].
     Chained(Chained),
 }
 
 /// A small function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compressed {
-    /// Its texels and the coarser ones.
+    /// Its texels and the coarser levels.
     pub levels: Levels,
     /// Unit directions to the viewers.
     pub views: Vec<DVec3>,
@@ -318,7 +318,8 @@ pub struct Compressed {
 }
 
 impl Compressed {
-    /// Makes a function small. The same bits whatever the number of threads. `None` once `go_on` says no.
+    /// Compresses a function. The bits do not depend on the number of threads. `None` once `go_on` returns
+    /// false.
     pub fn new(of: &Btf, method: Method, go_on: GoOn<'_>) -> Option<Self> {
         let levels = Levels::new(of.width, of.height);
         let energy = of.energy();
@@ -356,7 +357,7 @@ impl Compressed {
         }
     }
 
-    /// How many numbers of the function there are for each that is kept.
+    /// Numbers of the function per number that is kept.
     pub fn ratio(&self) -> f64 {
         let all = 3 * self.levels.texels(0) * self.views.len() * self.lights.len();
         all as f64 / self.numbers()

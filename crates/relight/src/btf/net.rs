@@ -1,11 +1,10 @@
-//! Which three directions lie around one, and with which weights.
+//! The three directions around a given one, and their interpolation weights.
 //!
 //! Directions are seen in stereographic projection from below, p = (x, y)/(1 + z), which takes the hemisphere
-//! to the unit disk and circles to circles, so that triangles whose circumscribed circles are empty are the
-//! same there as on the sphere (Delaunay 1934; Bowyer 1981; Watson 1981). Weights are barycentric:
-//! continuous, and 1 for a direction at itself. Around the horizon stands a ring of further corners, each of
-//! which has the values of the direction nearest to it: between the last directions and the horizon values
-//! stay as they are.
+//! to the unit disk and circles to circles, so that triangles with empty circumscribed circles are the same
+//! there as on the sphere (Delaunay 1934; Bowyer 1981; Watson 1981). Weights are barycentric: continuous, and
+//! 1 for a direction at itself. Around the horizon stands a ring of further corners, each of which has the
+//! values of the direction nearest to it: between the last directions and the horizon values are constant.
 
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -31,11 +30,11 @@ pub struct Net {
     pub starts: Vec<u32>,
 }
 
-/// Further corners, and how far from the middle of the disk.
+/// Number of further corners around the horizon, and their distance from the centre of the disk.
 const RING: (usize, f64) = (48, 1.35);
-/// By how much projections are moved, so that no four lie on a circle.
+/// Displacement of projections, so that no four lie on a circle.
 const MOVED: f64 = 1e-8;
-/// Triangles that are walked through at most.
+/// Most triangles that a search walks through.
 pub const MOST_STEPS: usize = 64;
 
 type Corners = [usize; 3];
@@ -82,7 +81,7 @@ impl Net {
     /// Cells a side of [`Net::starts`].
     pub const SIDE: usize = 32;
 
-    /// Of unit directions above the surface.
+    /// The net of unit directions above the surface.
     ///
     /// # Panics
     /// If there are none.

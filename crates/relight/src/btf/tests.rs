@@ -64,12 +64,13 @@ fn bumpy(side: usize, v: usize, l: usize) -> Btf {
 }
 
 /// A Lambertian surface of any colours is one cluster of rank 1 about 0, so that one component holds what the
-/// mean does not; views, light by light the same picture, have rank 1 too, and a chain one term.
+/// mean does not; views, whose pictures under all lights are proportional, have rank 1 too, and a chain one
+/// term.
 #[test]
 fn textured_lambert_has_rank_one() {
     let lights = spread(17);
     let of = made(20, 9, 17, |x, _, l| [0, 1, 2].map(|c| ((0.5 + noise(3 * x + c)) * lights[l].z) as f32));
-    // Grey within a texel, as rank 1 of numbers in three colours asks.
+    // Grey within a texel, so that the numbers of three colours have rank 1.
     let grey = made(20, 9, 17, |x, _, l| [((0.5 + noise(x)) * lights[l].z) as f32; 3]);
     assert!(small(&grey, Method::Local { clusters: 1, components: 1 }).error() < 1e-5);
     assert!(small(&grey, Method::Local { clusters: 1, components: 0 }).error() > 0.1);
@@ -78,9 +79,9 @@ fn textured_lambert_has_rank_one() {
     assert!(small(&of, Method::Chained { terms: 1, halves: 1, differences: 1 }).error() < 1e-5);
 }
 
-/// One cluster is PCA: what is left are the eigenvalues of the covariance (Eckart & Young 1936). Without
-/// components it is vector quantisation: tables are the means of their texels, and each texel is in the
-/// nearest.
+/// One cluster is PCA: the residual is the sum of the remaining eigenvalues of the covariance (Eckart & Young
+/// 1936). Without components it is vector quantisation: tables are the means of their texels, and each texel
+/// is in the nearest cluster.
 #[test]
 fn one_cluster_is_pca_and_no_component_is_vector_quantisation() {
     let of = bumpy(16, 9, 11);
@@ -116,8 +117,8 @@ fn one_cluster_is_pca_and_no_component_is_vector_quantisation() {
     }
 }
 
-/// No step of any method raises the error; the last one is what decoding every number alone finds, in single
-/// and in half precision; more of everything errs less.
+/// No step of any method raises the error; the last one equals that of decoding every number alone, in single
+/// and in half precision; more components or clusters have smaller errors.
 #[test]
 fn no_step_raises_the_error_and_random_access_is_full_decoding() {
     let of = bumpy(20, 12, 13);
@@ -140,7 +141,7 @@ fn no_step_raises_the_error_and_random_access_is_full_decoding() {
                 let c = small(of, method);
                 assert!(!c.errors.is_empty());
                 for w in c.errors.windows(2) {
-                    // What is found in double precision is kept in single: half an ulp of the values.
+                    // Results of double precision are stored in single: half an ulp of the values.
                     assert!(w[1] <= w[0] * (1.0 + 1e-6) + 6e-8, "{method:?}: {:?}", c.errors);
                 }
                 let got = decoded(of, &c);
@@ -151,12 +152,12 @@ fn no_step_raises_the_error_and_random_access_is_full_decoding() {
             *last = error;
         }
     }
-    // Every picture by itself: a view's components are as many as its lights.
+    // Every picture on its own: a view has as many components as lights.
     assert!(small(&of, Method::View { components: 13 }).error() < 1e-5);
 }
 
-/// Views that hide what others show are what a chain loses: the same function without the shift of texels
-/// with the view is far better for it, while clusters keep both.
+/// A chain cannot represent occlusion that depends on the view: the function without the shift of texels with
+/// the view has a far smaller error by it, while clusters represent both.
 #[test]
 fn a_chain_loses_what_views_hide() {
     let of = bumpy(20, 15, 15);
@@ -173,8 +174,8 @@ fn a_chain_loses_what_views_hide() {
     assert!(bumps > 2.0 * plain, "{bumps} {plain}");
 }
 
-/// Coarser texels are means of finer ones, in one cluster as exactly as the tables allow, and texels stand
-/// for squares with weights that sum to 1.
+/// Coarser texels are means of finer ones, in one cluster as exactly as the tables allow, and the weights of
+/// the texels of a square sum to 1.
 #[test]
 fn coarser_texels_are_means() {
     let of = bumpy(12, 7, 6);
@@ -231,7 +232,7 @@ fn nets_interpolate_between_directions() {
             assert!((w.iter().sum::<f32>() - 1.0).abs() < 1e-5 && w.iter().all(|w| *w >= 0.0));
             let value = |i: u32| (all[i as usize].x * 3.0 + all[i as usize].y) as f32;
             let v: f32 = (0..3).map(|i| w[i] * value(corners[i])).sum();
-            // Of few directions the horizon goes from one to the next within a step of its ring.
+            // With few directions the horizon passes from one to the next within a step of its ring.
             let most = if all.len() < 40 { 0.2 } else { 0.06 };
             assert!(before.is_none_or(|b| (b - v).abs() < most), "{k}: {before:?} {v}");
             before = Some(v);
@@ -276,7 +277,7 @@ fn views_that_no_picture_is_of_are_found_where_light_is() {
     };
     assert_eq!(unseen(80, 81), bonn()[80..]);
     assert!(unseen(81, 81).is_empty() && unseen(81, 80).is_empty());
-    // Few views under many lights are meant to be few.
+    // Few views under many lights count as intended.
     assert!(unseen(7, 81).is_empty());
 }
 
@@ -305,7 +306,7 @@ fn what_does_not_fit_is_refused() {
     }
 }
 
-/// The same bits whatever the number of threads.
+/// The bits do not depend on the number of threads.
 #[test]
 fn threads_change_nothing() {
     let of = bumpy(24, 12, 12);

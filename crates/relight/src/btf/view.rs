@@ -1,8 +1,8 @@
 //! Principal components of the pictures of each view.
 //!
 //! Sattler, Sarlette & Klein (2003), *Efficient and Realistic Visualization of Cloth*: the pictures of a
-//! view, one for each light, are points; their mean and the first eigenvectors of their covariance stand for
-//! them. With more texels than lights the eigenvectors follow from the pictures' scalar products.
+//! view, one for each light, are points; they are approximated by their mean and the first eigenvectors of
+//! their covariance. With more texels than lights the eigenvectors follow from the pictures' scalar products.
 
 use super::linear::{BLOCK, add, dot, products};
 use super::{Btf, GoOn, Levels};
@@ -12,7 +12,7 @@ use steradian_parallel::prelude::*;
 /// Pictures of each view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
-    /// Pictures of a view beside their mean.
+    /// Pictures of a view in addition to their mean.
     pub components: usize,
     /// Lights.
     pub lights: usize,
@@ -24,7 +24,7 @@ pub struct View {
     pub weights: Vec<f32>,
 }
 
-/// What of one view.
+/// Compressed form of one view.
 struct One {
     pictures: Vec<f32>,
     weights: Vec<f32>,
@@ -109,8 +109,8 @@ fn one(of: &Btf, levels: &Levels, view: usize, components: usize) -> One {
             add(&mut picture, *u as f32, &pictures[l * n..][..n]);
             out.weights[l * components + k] = *u as f32;
         }
-        // What is left. The eigenvectors are orthonormal: those that follow make of it what they make of the
-        // pictures.
+        // Subtracts the component. The eigenvectors are orthonormal, so scalar products of later ones with
+        // the residual are those with the pictures.
         (0..lights)
             .for_each(|l| add(&mut pictures[l * n..][..n], -out.weights[l * components + k], &picture));
         out.pictures.extend(coarser(levels, picture));

@@ -9,13 +9,14 @@ use steradian_parallel::prelude::*;
 
 /// Azimuths that an ellipse is fitted to.
 const AZIMUTHS: usize = 64;
-/// Rounds of weighted least squares: more change less than a thousandth of the disk.
+/// Rounds of weighted least squares: further ones change less than a thousandth of the disk.
 const ROUNDS: usize = 16;
-/// Differences in r² below this count alike.
+/// Residuals whose difference in r² is below this get equal weights.
 const SMALL: f64 = 0.01;
 /// Weight of azimuths without a horizon where the conic reaches beyond the disk.
 const FREE: f64 = 1e-3;
-/// How much a unit disk weighs beside the horizon: it decides only what the horizon leaves open.
+/// Weight of a unit disk relative to the horizon: it decides only where the horizon does not determine the
+/// conic.
 const RIDGE: f64 = 1e-10;
 
 /// A conic about the normal: directions with a x² + b xy + c y² + d x + e y ≤ 1 see the light, (x, y) the
@@ -27,12 +28,12 @@ impl Ellipse {
     /// The whole hemisphere.
     pub const OPEN: Self = Self([1.0, 0.0, 1.0, 0.0, 0.0]);
 
-    /// The ellipse of a horizon of these elevations (radians) at equal steps of azimuth, five at least.
+    /// The ellipse of a horizon of these elevations (radians) at equal steps of azimuth, at least five.
     ///
-    /// The least area that is seen wrongly, by reweighted least squares: along azimuth φ the conic is A r² +
-    /// B r = 1, and what lies between it and the horizon r_k = cos e_k is ½ |r² − r_k²| dφ, the residual A
-    /// r_k² + B r_k − 1 divided by d(A r² + B r)/d(r²). Squares instead of that sum miss half as much again
-    /// before a steep wall.
+    /// Minimises the area whose visibility is wrong, by reweighted least squares: along azimuth φ the conic
+    /// is A r² + B r = 1, and the area between it and the horizon r_k = cos e_k is ½ |r² − r_k²| dφ, the
+    /// residual A r_k² + B r_k − 1 divided by d(A r² + B r)/d(r²). A sum of squares instead has half as much
+    /// error again before a steep wall.
     pub fn new(elevations: &[f32]) -> Self {
         let n = elevations.len();
         let point = |k: usize| {
@@ -73,7 +74,7 @@ impl Ellipse {
         if q.iter().all(|v| v.is_finite()) && a > 0.0 && 4.0 * a * c > b * b {
             return Self(q.map(|v| v as f32));
         }
-        // No ellipse: the circle of the same area.
+        // Where the conic is no ellipse: the circle of the same area.
         let mean = (0..n).map(|k| point(k).0.powi(2)).sum::<f64>() / n as f64;
         let all = (1.0 / mean.max(1e-6)) as f32;
         Self([all, 0.0, all, 0.0, 0.0])

@@ -1,7 +1,6 @@
-//! Bumps as height fields, and what they hide of the light above them: horizons (Max 1988; Sloan & Cohen
-//! 2000, *Interactive Horizon Mapping*) and their ellipses (Heidrich, Daubert, Kautz & Seidel 2000,
-//! *Illuminating Micro Geometry Based on Precomputed Visibility*); and what bumps see of each other
-//! ([`Scattering`]).
+//! Bumps as height fields, and their occlusion of the light above: horizons (Max 1988; Sloan & Cohen 2000,
+//! *Interactive Horizon Mapping*) and their ellipses (Heidrich, Daubert, Kautz & Seidel 2000, *Illuminating
+//! Micro Geometry Based on Precomputed Visibility*); and mutual visibility of bumps ([`Scattering`]).
 //!
 //! The field is periodic. Its texels are the vertices of a surface of triangles, two to a square, cut along
 //! the diagonal from the upper left to the lower right: the mesh that a path tracer sees. Lengths are in
@@ -21,7 +20,7 @@ pub use scatter::{Caster, Scattering};
 
 use glam::{DVec3, Vec3};
 
-/// Texels of a field at most: what 32-bit indices reach.
+/// Most texels of a field, so that 32-bit indices suffice.
 const MOST: usize = 1 << 31;
 
 /// Why heights are no field.
@@ -99,8 +98,8 @@ impl HeightField {
     }
 
     /// The largest slope of the surface, 0 at least, that each texel sees along each azimuth (radians):
-    /// planes of texels, azimuth by azimuth. Every crossing of a line with an edge is looked at as far as any
-    /// height can matter: what [`Horizons`] is measured against.
+    /// planes of texels, azimuth by azimuth. Every crossing of a line with an edge is tested as far as any
+    /// height can matter: the reference for [`Horizons`].
     #[doc(hidden)]
     pub fn slopes_by_every_crossing(&self, azimuths: &[f64]) -> Vec<f32> {
         walk::slopes_by_every_crossing(self, azimuths)

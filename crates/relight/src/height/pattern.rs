@@ -1,4 +1,4 @@
-//! Height fields by formula, for what no one has measured: patterns that repeat, from 0 to 1 over the unit
+//! Height fields by formula, where there is no measurement: patterns that repeat, from 0 to 1 over the unit
 //! square.
 
 use std::f64::consts::{PI, TAU};
@@ -69,8 +69,8 @@ fn weave(x: f64, y: f64) -> f64 {
     thread(u, v).max(thread(v, u + 1.0))
 }
 
-/// How much farther the second nearest of some points is than the nearest (Worley 1996), up to where clods
-/// are flat.
+/// Difference between the distances to the second nearest and to the nearest of some points (Worley 1996),
+/// limited where clods are flat.
 fn cracks(x: f64, y: f64) -> f64 {
     const POINTS: u64 = 24;
     const WIDE: f64 = 0.06;

@@ -51,7 +51,7 @@ impl<'a> Caster<'a> {
         let (columns, rows) = (step(right), step(down));
         let before = |k: usize, n: usize, rate: f32| if rate < 0.0 { (k + n - 1) % n } else { k };
         let (mut ci, mut cj) = (before(i, w, right), before(j, h, down));
-        // Where the ray starts in the square's own coordinates, counted on as squares are passed.
+        // Start of the ray in the square's own coordinates, incremented as squares are passed.
         let (mut at_i, mut at_j) = (f32::from(u8::from(right < 0.0)), f32::from(u8::from(down < 0.0)));
         let (mut passed_i, mut passed_j) = (1.0f32, 1.0f32);
         let mut s0 = 0.0f32;
@@ -82,8 +82,8 @@ impl<'a> Caster<'a> {
         }
     }
 
-    /// Where in a square, as parts of its sides, the ray meets one of its two triangles between the distances
-    /// `from` and `to`.
+    /// Position in a square, as parts of its sides, at which the ray meets one of its two triangles between
+    /// the distances `from` and `to`.
     fn square(
         &self,
         [ci, cj]: [usize; 2],
@@ -109,7 +109,7 @@ impl<'a> Caster<'a> {
         for end in ends {
             let next = above(end);
             if next < 0.0 {
-                // From the vertex itself into a triangle: what lies at the other end of it.
+                // From the vertex itself into a triangle: the hit is at its opposite end.
                 let meets = if s == 0.0 { end } else { s + (end - s) * gap / (gap - next) };
                 return Some(place(meets));
             }
@@ -126,7 +126,7 @@ fn corners(field: &HeightField, i: usize, j: usize) -> [f32; 4] {
     [field.z[j * w + i], field.z[j * w + next], field.z[below * w + i], field.z[below * w + next]]
 }
 
-/// What every texel sees along each of a set of directions.
+/// The texel that every texel sees along each of a set of directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scattering {
     directions: usize,
@@ -228,7 +228,7 @@ mod tests {
         }
     }
 
-    /// What is met is the texel nearest to where small steps first get below the surface.
+    /// The hit is the texel nearest to the point where small steps first get below the surface.
     #[test]
     fn rays_meet_the_first_thing() {
         let f = field(31, 29, |i, j| {
@@ -258,7 +258,7 @@ mod tests {
             };
             let first = (1..12_000).map(|n| 0.005 * f64::from(n)).find(|s| below(*s));
             let got = caster.hit(i, j, d.as_vec3());
-            // What is met at the vertex itself is another vertex of its triangle.
+            // A hit at the vertex itself is another vertex of its triangle.
             let Some(s) = first.filter(|s| *s > 0.01) else { continue };
             let (x, y) = place(s);
             met += 1;
@@ -274,7 +274,7 @@ mod tests {
         assert!(met > 300 && off <= 3, "{met} met, {off} elsewhere");
     }
 
-    /// A wall of a groove of opening α sees the other with the form factor 1 − sin(α/2), and flat ground sees
+    /// The form factor between the walls of a groove of opening α is 1 − sin(α/2), and flat ground sees
     /// nothing.
     #[test]
     fn walls_of_a_groove_see_each_other() {

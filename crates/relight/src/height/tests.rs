@@ -54,7 +54,7 @@ fn slopes_are_those_of_small_steps() {
     }
 }
 
-/// Groups of crossings are left out only where they change nothing: the same bits, on fields narrower and
+/// Groups of crossings are skipped only where they change nothing: the same bits, on fields narrower and
 /// wider than a block, flat, steep and rough.
 #[test]
 fn groups_left_out_change_no_bit() {
@@ -86,7 +86,7 @@ fn azimuths_of_a_wall_err_as_their_step_squared() {
     }
 }
 
-/// Heights a sin kx: the normals err as the square of the texels' distance.
+/// Heights a sin kx: the error of the normals falls as the square of the distance between texels.
 #[test]
 fn normals_of_a_wave_err_as_the_square_of_the_distance() {
     let worst = |n: usize| {

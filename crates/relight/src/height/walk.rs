@@ -1,5 +1,5 @@
-//! Where a straight line over the surface meets the edges of its triangles: between them the height is linear
-//! in the distance, so the highest slope that is seen from the line's start is that of a crossing.
+//! Crossings of a straight line over the surface with the edges of its triangles: between them the height is
+//! linear in the distance, so the highest slope that is seen from the line's start is that of a crossing.
 
 use super::HeightField;
 use glam::DVec3;
@@ -7,14 +7,13 @@ use steradian_parallel::prelude::*;
 
 /// Texels of a row that are taken together.
 const BLOCK: usize = 64;
-/// Rows that are taken together: what they look up for a group of crossings overlaps, and fits a processor's
-/// nearest memory.
+/// Rows that are processed together: their lookups for a group of crossings overlap, and fit the nearest
+/// cache.
 const TILE: usize = 8;
-/// Crossings that are left out together where no height ahead of a block reaches above what its texels see
-/// already.
+/// Crossings that are skipped together where no height ahead of a block can raise its texels' horizons.
 const GROUP: usize = 16;
-/// A line is followed over this many periods at most: what stands further off is below (range of heights)/(4
-/// periods).
+/// A line is followed over this many periods at most: points further away have a slope below (range of
+/// heights)/(4 periods).
 const PERIODS: usize = 4;
 
 /// A crossing of a line from a vertex with an edge: z = (1 − weight) z(first) + weight z(second).
@@ -86,7 +85,7 @@ fn crossings(field: &HeightField, phi: f64, reach: f64) -> Line {
 fn heights_ahead(field: &HeightField) -> Vec<f32> {
     let (w, h) = (field.width, field.height);
     let along = |of: &dyn Fn(usize) -> f32, n: usize, span: usize| -> Vec<f32> {
-        // Windows of lengths 1, 2, 4 …, and two of these for the rest.
+        // Windows of lengths 1, 2, 4 …, and two of these for any other length.
         let mut wide: Vec<f32> = (0..n).map(of).collect();
         let (mut length, span) = (1, span.min(n));
         while 2 * length <= span {
@@ -105,7 +104,7 @@ fn heights_ahead(field: &HeightField) -> Vec<f32> {
     out
 }
 
-/// How far lines are followed.
+/// Distance to which lines are followed.
 fn reach(field: &HeightField) -> f64 {
     (PERIODS * field.width.max(field.height)) as f64
 }
@@ -131,8 +130,8 @@ pub fn sees(field: &HeightField, (i, j): (usize, usize), d: DVec3) -> bool {
     crossings(field, d.y.atan2(d.x), (rise / slope).min(reach(field))).0.iter().all(below)
 }
 
-/// Raises what each texel of a block sees to the slopes of a crossing, from heights at the ends of its edge.
-/// (`f32::max` would look for NaN.)
+/// Raises the horizon of each texel of a block to the slopes of a crossing, from heights at the ends of its
+/// edge. (`f32::max` would check for NaN.)
 #[inline(always)]
 fn raise(best: &mut [f32; BLOCK], own: &[f32; BLOCK], [a, b]: [&[f32; BLOCK]; 2], c: &Crossing) {
     for k in 0..BLOCK {
@@ -141,8 +140,7 @@ fn raise(best: &mut [f32; BLOCK], own: &[f32; BLOCK], [a, b]: [&[f32; BLOCK]; 2]
     }
 }
 
-/// Can something as high as `z`, as far off as 1/`inverse` or further, still be higher than what any texel
-/// sees?
+/// Can a point of height `z`, at a distance of 1/`inverse` or further, raise the horizon of any texel?
 #[inline(always)]
 fn open(best: &[f32; BLOCK], own: &[f32; BLOCK], z: f32, inverse: f32) -> bool {
     let mut any = 0;
@@ -154,14 +152,14 @@ fn open(best: &[f32; BLOCK], own: &[f32; BLOCK], z: f32, inverse: f32) -> bool {
 
 const NONE: &[f32; BLOCK] = &[0.0; BLOCK];
 
-/// A field as rows that repeat, so that what a block looks up lies in one piece.
+/// A field as periodic rows, so that the lookups of a block are contiguous.
 struct Rows<'a> {
     field: &'a HeightField,
     /// Row by row of `wide` heights.
     z: Vec<f32>,
     wide: usize,
     highest: f32,
-    /// [`heights_ahead`]; none where every group is to be looked at.
+    /// Result of [`heights_ahead`]; `None` where every group is to be visited.
     ahead: Option<Vec<f32>>,
 }
 
@@ -186,7 +184,7 @@ impl<'a> Rows<'a> {
         self.z[j * self.wide + i..].first_chunk().unwrap_or(NONE)
     }
 
-    /// What the texels of a tile see.
+    /// Computes the horizons of the texels of a tile.
     #[inline(always)]
     fn see(&self, Tile { top, line: (line, groups), out }: Tile<'_>) {
         let (w, h) = (self.field.width, self.field.height);
@@ -230,7 +228,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Rows from `top` on, [`TILE`] at most, and what their texels see along a line.
+/// Rows from `top` on, [`TILE`] at most, and the horizons of their texels along a line.
 struct Tile<'a> {
     top: usize,
     line: &'a Line,
@@ -243,7 +241,7 @@ pub fn slopes(field: &HeightField, azimuths: &[f64], go_on: &(dyn Fn() -> bool +
     along_lines(&Rows::new(field, Some(heights_ahead(field))), azimuths, go_on)
 }
 
-/// The same numbers without leaving out groups that what lies ahead cannot raise.
+/// The slopes without skipping groups.
 pub fn slopes_by_every_crossing(field: &HeightField, azimuths: &[f64]) -> Vec<f32> {
     along_lines(&Rows::new(field, None), azimuths, &|| true).unwrap_or_default()
 }

@@ -15,8 +15,8 @@ const MAGMA: [[f32; 3]; 9] = [
     [252.0, 253.0, 191.0],
 ];
 
-/// A map of differences 0 … 1, such as [`crate::metrics::Flip::map`], as a picture: black through purple and
-/// orange to pale yellow. `map` has `width·height` values; what it lacks is black.
+/// A map of differences 0 … 1, for example [`crate::metrics::Flip::map`], as a picture: black through purple
+/// and orange to pale yellow. `map` should have `width·height` values; missing ones are black.
 pub fn difference_picture(map: &[f32], width: usize, height: usize) -> Display {
     let mut picture = Display::filled(width, height, [0, 0, 4]);
     for (pixel, &d) in picture.rgb.as_chunks_mut::<3>().0.iter_mut().zip(map) {
@@ -26,7 +26,7 @@ pub fn difference_picture(map: &[f32], width: usize, height: usize) -> Display {
 }
 
 fn magma(d: f32) -> [u8; 3] {
-    // What is no number is black.
+    // NaN becomes black.
     let x = if d > 0.0 { d.min(1.0) } else { 0.0 } * (MAGMA.len() - 1) as f32;
     let i = (x as usize).min(MAGMA.len() - 2);
     let t = x - i as f32;

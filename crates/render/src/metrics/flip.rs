@@ -68,7 +68,7 @@ pub fn flip(a: &[Vec<f32>; 3], b: &[Vec<f32>; 3], w: usize, h: usize, ppd: f32) 
     Flip { map, mean }
 }
 
-/// Section 4.1.3: 0 … p_c·max takes 0 … p_t of the range.
+/// Section 4.1.3: maps 0 … p_c·max to 0 … p_t of the range.
 fn redistribute(e: f32, max: f32) -> f32 {
     let knee = P_C * max;
     if e < knee { P_T / knee * e } else { P_T + (e - knee) / (max - knee) * (1.0 - P_T) }

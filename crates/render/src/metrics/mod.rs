@@ -1,4 +1,4 @@
-//! How far a picture is from another.
+//! Metrics of the difference between two pictures.
 
 mod difference;
 mod flip;
@@ -21,9 +21,9 @@ pub struct Errors {
     pub max_abs: f64,
     /// 10 log₁₀ (peak² / mean (a − b)²), decibel, peak = the largest value of b; infinite for equal pictures.
     pub psnr: f64,
-    /// Half of the pixels err by less than this part of their own radiance, |a − b| / |b| over the channels.
+    /// Median over pixels of the error relative to the pixel's own radiance, |a − b| / |b| over the channels.
     pub median: f64,
-    /// Nine tenths of the pixels err by less than this part of their own radiance.
+    /// Ninth decile over pixels of the error relative to the pixel's own radiance.
     pub ninetieth: f64,
     /// mean |log₂ (luminance of a / luminance of b)|: photographic stops.
     pub stops: f64,
@@ -31,11 +31,12 @@ pub struct Errors {
     pub pixels: usize,
 }
 
-/// Where less than this part of the mean radiance is seen, errors of single pixels are relative to that.
+/// Where radiance is below this part of its mean, errors of single pixels are relative to that part of the
+/// mean.
 const DARK: f64 = 1e-3;
 
-/// Errors of `a` against the reference `b` over the pixels where `mask` holds. The films have the same size;
-/// what one of them lacks is left out.
+/// Errors of `a` against the reference `b` over the pixels where `mask` holds. The films should have one
+/// size; pixels that one of them lacks are skipped.
 pub fn errors(a: &Film, b: &Film, mask: impl Fn(usize) -> bool) -> Errors {
     let (mut d2, mut b2, mut rel, mut max, mut peak, mut pixels) = (0.0, 0.0, 0.0, 0.0f64, 0.0f64, 0usize);
     for i in (0..a.len().min(b.len())).filter(|&i| mask(i)) {

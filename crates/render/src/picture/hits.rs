@@ -1,4 +1,4 @@
-//! What a ray finds, ready for shading.
+//! Hits of rays, with the attributes that shading needs.
 
 use super::Stage;
 use glam::{Vec2, Vec3, Vec4};
@@ -44,7 +44,7 @@ pub struct Found {
     pub lights: u64,
 }
 
-/// Smallest n·wo of a shading normal: interpolated normals that turn away from the viewer are bent back.
+/// Least n·wo of a shading normal: interpolated normals that turn away from the viewer are bent back.
 const GRAZING: f32 = 0.01;
 
 /// The nearest surface point along `ray`.
@@ -99,8 +99,8 @@ pub fn facing(n: Vec3, wo: Vec3) -> Vec3 {
     if c >= GRAZING {
         return n;
     }
-    // Within the plane of n and wo: wo·cos + s·sin has the cosine asked for, s being the unit part of n
-    // across wo.
+    // In the plane of n and wo, wo·cos + s·sin has the wanted cosine, s being the unit part of n
+    // perpendicular to wo.
     let across = (n - wo * c).normalize_or_zero();
     if across == Vec3::ZERO {
         return wo;

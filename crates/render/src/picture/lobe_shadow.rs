@@ -8,9 +8,9 @@
 //! > (mean V L f_cos/p + D) / (mean L f_cos/p + D_open)
 //!
 //! (Heitz, Hill & McGuire 2018, *Combining Analytic Direct Illumination and Stochastic Shadows*, with the
-//! technique's prefiltered light as their analytic one), so that points that see all keep what the technique
-//! gives. The reference has the integral as L_open, more directions, and none of those that techniques get:
-//! with their number it tends to the integral with visibility.
+//! technique's prefiltered light as their analytic one), so that unoccluded points keep the technique's
+//! radiance. The reference has the integral as L_open, more directions, and others than techniques get: with
+//! their number it tends to the integral with visibility.
 //!
 //! All points get the same numbers, so that shadows have no noise, and [`Shader::lights_seen`] says where
 //! suns' shadows have edges: between them the share may be interpolated, and so may the radiance that it
@@ -31,20 +31,20 @@ use steradian_sphere::sampling::{R2, SphereDistribution};
 use steradian_technique::direct::{Direct, Shadows};
 use steradian_technique::{Points, PointsBuf, Radiance};
 
-/// Directions at a point at first, and where one of these is blocked.
+/// Directions at a point: the first number, and the second where one of the first is blocked.
 const RAYS: [usize; 2] = [64, 128];
-/// The same under the reference, and the first of them in their sequence.
+/// Directions of the reference, in the same order, and the index in the sequence of the first.
 const REFERENCE_RAYS: [usize; 2] = [64, 512];
 const REFERENCE_FIRST: usize = 1 << 16;
 
-/// A shader of unshadowed light, behind what a mesh blocks.
+/// A shader of unshadowed light, times the share that the mesh does not block.
 pub struct LobeShadowShader {
     open: Arc<dyn Shader>,
     share: Arc<LobeShadow>,
 }
 
 impl LobeShadowShader {
-    /// `open` times what `share` says.
+    /// `open` times `share`.
     pub fn new(open: Arc<dyn Shader>, share: Arc<LobeShadow>) -> Self {
         Self { open, share }
     }
@@ -58,7 +58,7 @@ pub struct LobeShadow {
     brdf: SharedBrdf,
     bvh: Arc<Bvh>,
     points: Vec<DVec2>,
-    /// What was found, where several pictures of the same points are made.
+    /// Cached shares, where several pictures of the same points are rendered.
     known: Option<Mutex<HashMap<Place, [f32; 3]>>>,
 }
 
@@ -89,9 +89,9 @@ impl SampledEnvironment {
 
 /// Means over directions, per channel.
 struct Means {
-    /// Without shadows.
+    /// Mean over all directions, as without shadows.
     all: [f64; 3],
-    /// Of the directions that see the light.
+    /// Mean in which blocked directions count as 0.
     seen: [f64; 3],
 }
 
@@ -116,7 +116,7 @@ impl Batch {
         self.own.push(own);
     }
 
-    /// The weights and rays of what was pushed, and what blocks these.
+    /// Computes the weights of the directions pushed, and traces their rays.
     fn cast(&mut self, brdf: &SharedBrdf, wo: DVec3, origin: DVec3, bvh: &Bvh) {
         self.f_cos.resize(self.wi.len(), [0.0; 3]);
         brdf.f_cos_batch(&self.wi, wo, &mut self.f_cos);
@@ -140,11 +140,11 @@ impl Batch {
 impl LobeShadow {
     /// Directions at a point, where one is blocked.
     pub const RAYS: usize = RAYS[1];
-    /// The same under the reference.
+    /// Largest number of directions of the reference.
     pub const REFERENCE_RAYS: usize = REFERENCE_RAYS[1];
 
-    /// What `bvh` blocks of `light` and of the lights of `direct`, as `brdf` sees it; both sides of a
-    /// triangle block. For the `reference`, directions are more, and others.
+    /// Shadows of `light` and of the lights of `direct` by `bvh`, as `brdf` sees them; both sides of a
+    /// triangle block. For the `reference` there are more directions, and others.
     pub fn new(
         light: Option<Arc<Environment>>,
         direct: Direct,
@@ -168,7 +168,7 @@ impl LobeShadow {
         Self { sky, reference, direct, brdf, bvh, points, known: None }
     }
 
-    /// The same for several pictures of the same points, which then cost no more than one.
+    /// Caches shares by point, so that further pictures of the same points cost almost nothing.
     pub fn remembering(mut self) -> Self {
         self.known = Some(Mutex::default());
         self
@@ -178,10 +178,10 @@ impl LobeShadow {
         if self.reference { REFERENCE_RAYS } else { RAYS }
     }
 
-    /// The share of each point, told to `set`.
+    /// Computes the share of each point, and passes it to `set`.
     fn shares(&self, q: &Points<'_>, mut set: impl FnMut(usize, [f32; 3])) {
         let shadows = Shadows { by: &*self.bvh, offset: PathScene::OFFSET, reference: self.reference };
-        // What suns and lamps give without shadows, and with them.
+        // Radiance of suns and lamps without shadows, and with them.
         let direct = [None, Some(shadows)].map(|shadows| {
             let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
             self.direct.add_behind(shadows, &*self.brdf, q, &mut Radiance::of(&mut rgb));
@@ -210,7 +210,7 @@ impl LobeShadow {
         }
     }
 
-    /// The means; `None` where nothing is blocked and they are not `wanted` all the same.
+    /// The means; `None` where nothing is blocked, unless they are `wanted` anyway.
     fn means(
         &self,
         position: DVec3,
@@ -289,8 +289,8 @@ impl Shader for LobeShadow {
         Ok(())
     }
 
-    /// A step of an 8-bit display at mid-grey, and of dark shadows what that is to a quarter of the light;
-    /// not less than one direction's share.
+    /// A step of an 8-bit display at mid-grey, in dark shadows relative to a quarter of the light; at least
+    /// one direction's share.
     fn difference(&self) -> [f32; 2] {
         [(0.5 / self.points.len() as f32).max(1e-2), 0.25]
     }
@@ -378,7 +378,7 @@ mod tests {
         let lights = Lights::of_sky("sky:elevation=30,azimuth=40", (64, 32)).expect("a sky");
         let bvh = Bvh::build(&mesh);
         let (lambert, ggx) = ("lambert:albedo=0.6", "ggx:alpha=0.3,f0=0.5/0.6/0.7");
-        // Of 512 directions, and of 128 as a ratio; relative to what is open.
+        // Errors with 512 directions, and with 128 as a ratio; relative to the unblocked radiance.
         for (spec, reference, error) in
             [(lambert, true, 0.035), (ggx, true, 0.035), (lambert, false, 0.12), (ggx, false, 0.12)]
         {
@@ -428,7 +428,7 @@ mod tests {
             assert_eq!(shaded(&*open, &q), shaded(&shadowed, &q));
             let (_, shadowed) = shader("ggx:alpha=0.3", &inside, &lights, reference);
             assert!(shaded(&shadowed, &q).iter().flatten().all(|v| *v == 0.0));
-            // A second picture of the same points is the first one.
+            // A second picture of the points equals the first.
             let (_, shadowed) = shader("ggx:alpha=0.3", &mesh(), &lights, reference);
             assert_eq!(shaded(&shadowed, &q), shaded(&shadowed, &q));
         }

@@ -1,5 +1,4 @@
-//! From a hit and the maps of its surface to what a shader takes; the GPU's `maps.wgsl` has the same
-//! functions.
+//! Evaluation of a surface's maps at a hit, for shaders; the GPU's `maps.wgsl` has the same functions.
 
 use super::hits::{Found, facing, tangent};
 use glam::Vec3;
@@ -13,11 +12,11 @@ pub struct ShadingPoint {
     pub lobe: PointLobe,
 }
 
-/// Smallest z of a mean normal that covariances are projected with.
+/// Least z of a mean normal with which covariances are projected.
 const LEAST_Z: f32 = 0.1;
 
-/// The look of a point whose sample covers a square of side `uv` in texture coordinates and of `length`
-/// metres on the surface; `angle` is what it covers of the view, radians.
+/// The shading point of a hit whose sample covers a square of side `uv` in texture coordinates and of
+/// `length` metres on the surface; `angle` is the angle that it covers of the view, radians.
 pub fn look(f: &Found, maps: &SurfaceMaps, uv: f32, length: f32, angle: f32) -> ShadingPoint {
     let t = tangent(f.along, f.outward);
     let b = f.outward.cross(t) * if f.along.w < 0.0 { -1.0 } else { 1.0 };

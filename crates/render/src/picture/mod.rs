@@ -29,7 +29,7 @@ use steradian_parallel::prelude::*;
 use steradian_scene::{Bvh, Camera, Mesh};
 use tile::Tile;
 
-/// What one material slot of the mesh looks like.
+/// Appearance of one material slot of the mesh.
 #[derive(Clone)]
 pub struct Surface {
     /// Outgoing radiance.
@@ -46,21 +46,21 @@ impl Surface {
         self.maps.is_empty() && !self.shader.is_textured()
     }
 
-    /// Does nothing vary within a pixel but what the mesh's own normals vary?
+    /// Does nothing vary within a pixel except the mesh's own normals?
     fn is_even(&self) -> bool {
         self.maps.is_empty() && self.maps.emission.is_none() && !self.shader.is_textured()
     }
 }
 
-/// What a picture shows.
+/// The scene of a picture.
 pub struct Stage<'a> {
     /// The geometry; [`Mesh::materials`] are indices into `surfaces`.
     pub mesh: &'a Mesh,
-    /// Its hierarchy.
+    /// Acceleration structure of the mesh.
     pub bvh: &'a Bvh,
     /// One per material slot; triangles of slots beyond the end take the last.
     pub surfaces: &'a [Surface],
-    /// What the camera sees beside the mesh.
+    /// Background where the camera sees no surface.
     pub background: &'a Background,
     /// The camera.
     pub camera: Camera,
@@ -77,13 +77,13 @@ pub struct Settings {
     pub inner: usize,
     /// Samples per pixel and axis where the samples of a pixel, or of two neighbours, disagree.
     pub edge: usize,
-    /// Samples of one pixel that see the same surface under nearly the same normal share one shaded point:
-    /// for radiance that costs more than visibility, such as the reference's.
+    /// Samples of one pixel that see the same surface under nearly the same normal share one shaded point,
+    /// for radiance that costs more than visibility, as the reference's does.
     pub share: bool,
     /// With `share`: points of plain surfaces between which radiance changes by less than 4e-3 are
     /// interpolated.
     pub interpolate: bool,
-    /// Are textures looked up at points, and not averaged over what a pixel covers? For samples of a picture
+    /// Are textures sampled at points instead of averaged over a pixel's footprint? For samples of a picture
     /// whose pixels are coarser than the picture's.
     pub points: bool,
 }

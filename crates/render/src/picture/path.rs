@@ -13,11 +13,11 @@ use steradian_scene::{Bvh, Mesh, Surface as Hit};
 use steradian_sphere::Frame;
 use steradian_technique::{Points, Radiance};
 
-/// What paths meet.
+/// The scene that paths are traced through.
 pub struct PathStage {
     /// The geometry.
     pub mesh: Arc<Mesh>,
-    /// Its hierarchy.
+    /// Acceleration structure of the mesh.
     pub bvh: Arc<Bvh>,
     /// Reflectances by material slot, with the base colours that multiply them.
     pub materials: Vec<(SharedBrdf, Option<Arc<Texture>>)>,
@@ -33,7 +33,7 @@ pub struct PathStage {
 
 /// A material of a [`PathStage`]: unbiased radiance with noise.
 pub struct PathShader {
-    /// What paths meet.
+    /// The scene that paths are traced through.
     pub stage: Arc<PathStage>,
     /// The reflectance that paths start from; its base colour stays with the renderer.
     pub brdf: SharedBrdf,
@@ -74,7 +74,7 @@ impl Shader for PathShader {
             })
             .collect();
         let Some(first) = points.first() else { return Ok(()) };
-        // Batches of one picture have random numbers of their own.
+        // Batches of one picture have different random numbers.
         let place = first.position.to_array().map(f64::to_bits).into_iter();
         let seed = place.fold(self.stage.seed.load(Ordering::Relaxed), |h, x| {
             (h.rotate_left(23) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15)

@@ -25,24 +25,24 @@ pub trait Shader: Send + Sync {
         false
     }
 
-    /// Two shaders of which this is the product, where each can be interpolated better than both together.
+    /// Two shaders whose product this is, where each can be interpolated better than the product.
     fn factors(&self) -> Option<[&dyn Shader; 2]> {
         None
     }
 
-    /// The same without what shadows the lights that are shaded one by one; `None` where nothing does.
+    /// This shader without shadows of the lights that are shaded one by one; `None` where there are none.
     fn unshadowed(&self) -> Option<Arc<dyn Shader>> {
         None
     }
 
-    /// The largest difference that counts as none where radiance is interpolated, relative to the largest
-    /// channel, and what it is relative to where that channel is below. Half a step of an 8-bit display at
-    /// mid-grey, and above what the reference's own error leaves between neighbours.
+    /// The largest difference that interpolation of radiance ignores, relative to the largest channel, and
+    /// the least value that it is relative to. Half a step of an 8-bit display at mid-grey, which exceeds the
+    /// differences between neighbours by the reference's own error.
     fn difference(&self) -> [f32; 2] {
         [4e-3, 0.0]
     }
 
-    /// Which small lights each point sees, a bit each: between points that differ lies the edge of a shadow.
+    /// Visibility of small lights at each point, a bit each: a shadow's edge lies between points that differ.
     /// Empty where there are no such shadows.
     fn lights_seen(&self, _: &Points<'_>) -> Vec<u64> {
         Vec::new()
@@ -74,8 +74,8 @@ impl Shader for BakeShader {
     }
 }
 
-/// A technique's bake, lights that are shaded with the exact reflectance on top of it, and lights that a
-/// technique of their own shades.
+/// A technique's bake, plus lights that are shaded with the exact reflectance, plus lights that a separate
+/// technique shades.
 pub struct DirectShader {
     /// The bake.
     pub bake: Arc<BakeShader>,
@@ -85,7 +85,7 @@ pub struct DirectShader {
     pub brdf: SharedBrdf,
     /// Shading of directional and point lights that are neither in the bake nor in `direct`.
     pub local: Option<Arc<dyn LocalShading>>,
-    /// What shadows the lights; `None` leaves them unshadowed.
+    /// Occluders of these lights; `None` leaves them unshadowed.
     pub shadows: Option<Arc<dyn Blocker>>,
 }
 
@@ -125,7 +125,7 @@ pub struct ReferenceShader {
     pub brdf: SharedBrdf,
     /// The reflectance of each point in its place, where it differs from texel to texel.
     texels: Option<TexelReflectance>,
-    /// Relative error asked for at each point.
+    /// Target relative error at each point.
     pub tolerance: f64,
     /// Bits of the largest error so far; those of non-negative doubles grow with them.
     worst: AtomicU64,
@@ -137,14 +137,14 @@ impl ReferenceShader {
         Self { reference, brdf, texels: None, tolerance, worst: AtomicU64::new(0) }
     }
 
-    /// The same of a reflectance that differs from texel to texel.
+    /// This shader with a reflectance that differs from texel to texel.
     #[must_use]
     pub fn varied(self, texels: Option<TexelReflectance>) -> Self {
         Self { texels, ..self }
     }
 
-    /// What may differ from point to point: width and colours of models that have them, and no spread of
-    /// normals.
+    /// Properties that may differ from point to point: width and colours of models that have them, but no
+    /// spread of normals.
     pub fn varies(&self) -> Varies {
         let varied = Varied::of(&*self.brdf).is_some();
         Varies { alpha: varied, normals: false, colours: varied }

@@ -9,7 +9,7 @@ use glam::Vec3;
 use steradian_base::Cancelled;
 use steradian_technique::PointsBuf;
 
-/// Pixels along the cells, the larger first.
+/// Sides of the cells in pixels, the larger first.
 const SIDES: [usize; 2] = [8, 4];
 
 /// The cosine of the largest angle between the normals of a cell: 10°.
@@ -21,7 +21,7 @@ pub struct Seen<'a> {
     pub size: (usize, usize),
     /// All points.
     pub points: &'a PointsBuf,
-    /// For each pixel the point that stands for the whole of it, where there is one.
+    /// For each pixel the point that represents the whole of it, if there is one.
     pub whole: &'a [Option<u32>],
     /// Points that need no radiance.
     pub spare: &'a [bool],
@@ -29,7 +29,7 @@ pub struct Seen<'a> {
     pub lights: &'a [u64],
     /// The largest difference that counts as none, relative to the largest channel.
     pub difference: f32,
-    /// What that is relative to where the largest channel is below.
+    /// Least value of the largest channel that differences are relative to.
     pub least: f32,
 }
 
@@ -167,14 +167,14 @@ impl Seen<'_> {
     }
 }
 
-/// What has been shaded.
+/// Points shaded so far.
 struct Shaded {
     rgb: Vec<Option<[f32; 3]>>,
     wanted: Vec<bool>,
 }
 
 impl Shaded {
-    /// Shades what is wanted and not yet shaded.
+    /// Shades those of the given points that are not yet shaded.
     fn shade(
         &mut self,
         points: &PointsBuf,

@@ -55,7 +55,7 @@ fn coverage_is_the_disk_s_area_and_normals_are_where_they_belong() {
 
 #[test]
 fn tiles_leave_no_seams() {
-    // The same disk, so placed that tiles cut it differently.
+    // The same disk, placed so that tiles cut it differently.
     let (a, b) = (picture(128, 128, |_| {}, None), picture(256, 128, |_| {}, None));
     for y in 0..128 {
         for x in 0..128 {
@@ -83,7 +83,7 @@ fn a_texture_multiplies_radiance() {
     assert!((t[0] - 0.5 * p[0]).abs() < 1e-5 && (t[1] - p[1]).abs() < 1e-5 && t[2] == 0.0);
 }
 
-/// How far data of the vertices, interpolated by site, are from position and texture coordinates.
+/// Deviation of vertex data, interpolated by site, from position and texture coordinates.
 struct Sites(Mesh);
 
 impl Shader for Sites {

@@ -22,7 +22,7 @@ pub struct Tile {
     pixels: Vec<[f32; 7]>,
 }
 
-/// One sample: where in which pixel of the padded tile, and how much of the pixel it stands for.
+/// One sample: its place in a pixel of the padded tile, and its weight in that pixel.
 #[derive(Clone, Copy)]
 struct Sample {
     pixel: u32,
@@ -41,7 +41,7 @@ struct Group {
     emission: Vec<[f32; 3]>,
     /// Small lights that each point sees.
     lights: Vec<u64>,
-    /// Of each point the first one that is like it but for these lights: of the same pixel, or itself.
+    /// For each point the first one of its pixel that is equal except for these lights, or itself.
     twins: Vec<u32>,
     /// Sample and point.
     pairs: Vec<(u32, u32)>,
@@ -280,7 +280,7 @@ impl Job<'_> {
             };
             let mut rgb = match surface.shader.factors() {
                 Some([open, share]) => {
-                    // The first knows no shadows.
+                    // The first factor has no shadows.
                     let mut rgb = radiance(open, &|p| group.twins[p as usize], &vec![0; group.points.len()])?;
                     let share = radiance(share, &|p| p, &group.lights)?;
                     rgb.iter_mut().flatten().zip(share.iter().flatten()).for_each(|(v, s)| *v *= s);
@@ -300,8 +300,8 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// For each pixel the point of a group that all its samples have, where `lit` is the point that stands
-    /// for one.
+    /// For each pixel the point of a group that all its samples share; `lit` maps a point to its
+    /// representative.
     fn whole(&self, group: &Group, lit: &dyn Fn(u32) -> u32) -> Vec<Option<u32>> {
         let mut left = vec![0u32; self.width * self.height];
         self.samples.iter().for_each(|s| left[s.pixel as usize] += 1);

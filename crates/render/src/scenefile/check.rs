@@ -19,7 +19,7 @@ use toml::Spanned;
 const MAX_SIDE: usize = 1 << 15;
 /// Largest number of samples per pixel and axis.
 const MAX_SAMPLES: usize = 32;
-/// Field of view of a camera that says nothing, degrees.
+/// Default field of view of a camera, degrees.
 const DEFAULT_FOV: f32 = 35.0;
 
 pub fn check(source: Source<'_>, t: SceneText, files: Files<'_>) -> Result<SceneFile, SceneError> {

@@ -13,7 +13,7 @@ pub struct SceneError {
     pub line: usize,
     /// Column, from 1, in characters.
     pub column: usize,
-    /// The fault and, where that helps, what to write.
+    /// The fault and, where that helps, how to correct it.
     pub why: String,
 }
 
@@ -35,7 +35,7 @@ impl Source<'_> {
         SceneError { file: self.file.into(), line, column, why: why.into() }
     }
 
-    /// What the TOML parser found, in one line, with the nearest key where a key is unknown.
+    /// The TOML parser's error in one line, with the nearest key where a key is unknown.
     pub fn parse_error(&self, e: &toml::de::Error) -> SceneError {
         let span = e.span().unwrap_or(0..0);
         let message = e.message().replace('\n', " ");

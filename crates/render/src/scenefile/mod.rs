@@ -59,7 +59,7 @@ pub struct At<T> {
     pub at: usize,
 }
 
-/// What a mesh is made of.
+/// Source of a mesh.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MeshSource {
     /// A file, relative to the scene file's folder.
@@ -127,7 +127,7 @@ pub struct SceneLight {
     pub points: Vec<PointLight>,
 }
 
-/// What shows where no surface is.
+/// Background where no surface is visible.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SceneBackground {
     /// The environment, blurred by this angle in radians.
@@ -151,7 +151,7 @@ pub struct SceneOutput {
     pub technique: Option<At<String>>,
     /// Technique for directional and point lights of materials that name none; `None` is exact shading.
     pub local: Option<At<String>>,
-    /// How normal maps are filtered.
+    /// Filtering of normal maps.
     pub normal_filtering: NormalFiltering,
     /// Background.
     pub background: SceneBackground,
@@ -188,7 +188,7 @@ impl SceneFile {
         check::check(source, parsed, files)
     }
 
-    /// The exposure and the tone mapper that `text` asks for; `None` where it is no scene. Opens no file.
+    /// Exposure and tone mapper of `text`; `None` where it is no scene. Opens no file.
     pub fn developed_by(text: &str) -> Option<(Option<f32>, ToneMapper)> {
         let parsed: schema::SceneText = toml::from_str(text).ok()?;
         let name = parsed.output.tone_mapper.as_ref().map(|name| name.get_ref().as_str());

@@ -1,4 +1,4 @@
-//! What a scene file may say, as written: nothing is resolved or loaded here.
+//! Syntax of a scene file: nothing is resolved or loaded here.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -9,7 +9,7 @@ use toml::Spanned;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneText {
-    /// Where the picture is taken from; framed automatically where absent.
+    /// The camera; framed automatically where absent.
     pub camera: Option<Spanned<CameraText>>,
     /// `[[mesh]]`: the geometry.
     #[serde(default)]
@@ -75,7 +75,7 @@ pub struct MeshText {
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(untagged)]
 pub enum ScaleText {
-    /// The same along every axis.
+    /// One factor for all axes.
     One(f32),
     /// x, y and z.
     Three([f32; 3]),
@@ -208,7 +208,7 @@ pub struct OutputText {
     pub technique: Option<Spanned<String>>,
     /// A technique for directional and point lights, or `exact`.
     pub local: Option<Spanned<String>>,
-    /// How normal maps are filtered: `covariance`, `isotropic` or `none`.
+    /// Filtering of normal maps: `covariance`, `isotropic` or `none`.
     pub normal_filtering: Option<Spanned<String>>,
     /// `environment`, `none` or a colour.
     pub background: Option<Spanned<BackgroundText>>,

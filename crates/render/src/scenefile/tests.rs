@@ -113,7 +113,7 @@ fn no_mesh_and_no_light_are_faults() {
     assert!(parse(dark).unwrap_err().why.contains("no light"));
 }
 
-/// Whatever is written, it is a scene of finite numbers or an error of one line, and soon.
+/// Any text gives a scene of finite numbers or an error of one line, and quickly.
 #[test]
 fn damaged_files_end_well() {
     let mut damage = steradian_testkit::Mutator::new(1);

@@ -18,9 +18,9 @@ pub struct Cell {
 /// One row: a label and its cells, `None` where nothing belongs.
 #[derive(Debug, Clone, Default)]
 pub struct Row {
-    /// Lines beside the row; the first is bright.
+    /// Lines of text next to the row; the first is bright.
     pub label: Vec<String>,
-    /// As many as there are columns.
+    /// One per column.
     pub cells: Vec<Option<Cell>>,
 }
 

@@ -33,7 +33,7 @@ impl Pen {
         Self { size, colour, bold: false }
     }
 
-    /// The same pen, semi-bold.
+    /// This pen, semi-bold.
     pub fn bold(mut self) -> Self {
         self.bold = true;
         self

@@ -8,7 +8,7 @@ pub use srgb::{srgb_decode, srgb_encode};
 use crate::{Display, Film};
 use steradian_parallel::prelude::*;
 
-/// How radiance above what a display can show is brought into its range.
+/// Curve that maps radiance to the range of a display.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ToneMapper {
     /// Clamped to 0 … 1.
@@ -19,11 +19,11 @@ pub enum ToneMapper {
     Hable,
     /// Hill's fit of the ACES reference rendering and sRGB output transforms (2016).
     Aces,
-    /// Narkowicz's fit of the same curve per channel (2016).
+    /// Narkowicz's fit of the ACES curve per channel (2016).
     AcesNarkowicz,
     /// Sobotka's AgX in Wrensch's polynomial approximation (2023), default look.
     Agx,
-    /// Khronos PBR Neutral (2024): base colours stay what they are.
+    /// Khronos PBR Neutral (2024), which preserves base colours.
     #[default]
     Neutral,
 }
@@ -103,7 +103,8 @@ impl Develop {
     }
 }
 
-/// Where automatic exposure puts the mean: a lit object is brighter than the 0.18 of a whole scene.
+/// Value to which automatic exposure brings the mean: a lit object is brighter than the 0.18 of a whole
+/// scene.
 const KEY: f64 = 0.3;
 
 /// The exposure value that brings the mean logarithm of the luminance to 0.3 (Reinhard et al. 2002, eqs 1–2;

@@ -12,12 +12,12 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 /// Share of the nodes that each pass of reinsertion moves.
 const REINSERTION: f32 = 0.05;
-/// Cost of a node in triangles, which decides how full leaves are: a block of eight costs what one triangle
-/// does.
+/// Cost of a node, in triangles, in the heuristic that decides how full leaves are: a block of eight
+/// triangles costs as much as one.
 const TRAVERSAL_COST: f32 = 8.0;
 
-/// The tree of a mesh; triangles with a bad index or a corner that is not finite are left out, and of those
-/// with the same corners all but the first: no box parts them, so that every ray would visit each.
+/// The tree of a mesh. Triangles with a bad index or a corner that is not finite are left out, and so are all
+/// but the first of those with the same corners: no box separates them, so that every ray would visit each.
 pub fn build(mesh: &Mesh) -> Bvh {
     let corner = |i: u32| mesh.positions.get(i as usize).copied().unwrap_or(Vec3::NAN);
     let (mut ids, mut corners) = (Vec::new(), Vec::new());
@@ -40,7 +40,7 @@ pub fn build(mesh: &Mesh) -> Bvh {
     Bvh { nodes: maker.nodes, blocks: maker.blocks, stack: depth * (LANES - 1) + LANES }
 }
 
-/// Keeps the first of each set of triangles whose corners are the same bits in the same order.
+/// Keeps the first of each set of triangles with bitwise equal corners in the same order.
 fn drop_repeated(ids: &mut Vec<u32>, corners: &mut Vec<[Vec3; 3]>) {
     let bits = |k: u32| corners[k as usize].map(|p| p.to_array().map(f32::to_bits));
     let hash = |k: u32| {

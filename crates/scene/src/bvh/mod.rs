@@ -38,7 +38,7 @@ pub struct Bvh {
     stack: usize,
 }
 
-/// Rays that one task of a batch takes.
+/// Rays in a task of a batch.
 const BATCH: usize = 1024;
 
 impl Bvh {
@@ -48,7 +48,7 @@ impl Bvh {
         build::build(mesh)
     }
 
-    /// The nearest hit at a distance in (0, `t_max`); of several at the same distance that of the lowest
+    /// The nearest hit at a distance in (0, `t_max`); where several are equally near, that of the lowest
     /// index.
     pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
         let mut hit = [None];
@@ -91,7 +91,7 @@ impl Bvh {
         run(Closest { bvh: self, rays, t_max, out });
     }
 
-    /// The triangles of all hits at a distance in (0, `t_max`), in no order, after what `out` has.
+    /// Appends to `out` the triangles of all hits at a distance in (0, `t_max`), in no particular order.
     pub fn every(&self, ray: &Ray, t_max: f32, out: &mut Vec<u32>) {
         run(Every { bvh: self, ray, t_max, out });
     }

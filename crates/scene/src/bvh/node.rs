@@ -5,7 +5,7 @@ use super::triangle::Lane;
 use glam::Vec3;
 use steradian_simd::Lanes;
 
-/// A child is a leaf: the rest of the number is its block.
+/// Marks a child as a leaf; the low bits are the index of its block.
 pub const LEAF: u32 = 1 << 31;
 
 /// Eight boxes, structure of arrays; absent children are empty boxes that only a ray of NaN hits, and lead to
@@ -39,9 +39,9 @@ impl Node {
 pub struct Slabs<L> {
     origin: [L; 3],
     inverse: [L; 3],
-    /// The same, widened, for the far planes.
+    /// Reciprocals of the direction times [`WIDEN`], for the far planes.
     beyond: [L; 3],
-    /// Which of the six planes is the nearer on each axis.
+    /// Index, of the six planes, of the near one on each axis.
     near: [usize; 3],
 }
 
@@ -64,10 +64,11 @@ impl<L: Lanes> Slabs<L> {
         }
     }
 
-    /// Where the ray enters each box, and a bit for every box that it meets in [0, `t_max`].
+    /// Entry distance of the ray into each box, and a bit for every box that it meets in [0, `t_max`].
     ///
     /// A ray inside a plane gives 0·∞ = NaN there, and a comparison with NaN keeps its second operand, which
-    /// is never NaN at the end: some planes do not count then, so a box may be met in vain but never missed.
+    /// is never NaN at the end: some planes then do not count, so a box may be visited in vain but never
+    /// missed.
     #[inline(always)]
     pub fn enter(&self, node: &Node, t_max: f32) -> (L, u32) {
         let [x, y, z] = [
@@ -98,9 +99,9 @@ pub struct Cone<L> {
     origin: [L; 3],
     /// Inverses of the least and of the largest component along each axis.
     inverse: [[L; 3]; 2],
-    /// The same, widened, for the far planes.
+    /// These inverses times [`WIDEN`], for the far planes.
     beyond: [[L; 3]; 2],
-    /// Which of the six planes is the nearer on each axis.
+    /// Index, of the six planes, of the near one on each axis.
     near: [usize; 3],
     /// Are there components of both signs, or 0, along an axis?
     mixed: [bool; 3],
@@ -134,7 +135,7 @@ impl<L: Lanes> Cone<L> {
                 L::load(&node.planes[plane]).sub(self.origin[k]).mul(inverse[k])
             };
             if self.mixed[k] {
-                // Only components above 0 reach what lies above, and those below 0 what lies below.
+                // Only positive components reach planes above, and only negative ones those below.
                 enter = along(2 * k, &self.inverse[1]).max(enter);
                 enter = along(2 * k + 1, &self.inverse[0]).max(enter);
                 continue;
@@ -147,7 +148,7 @@ impl<L: Lanes> Cone<L> {
     }
 }
 
-/// Lanes of each number. (`map` is a function of its own, which may not be inlined into the kernel.)
+/// Broadcasts each number to all lanes. (A closure for `map` might not be inlined into the kernel.)
 #[inline(always)]
 pub fn splat<L: Lanes>(x: [f32; 3]) -> [L; 3] {
     [L::splat(x[0]), L::splat(x[1]), L::splat(x[2])]

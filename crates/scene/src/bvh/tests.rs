@@ -124,7 +124,7 @@ fn small_meshes_and_batches() {
     });
 }
 
-/// Rays of one origin that are looked at together see what each of them sees alone: along the axes too, where
+/// Rays of one origin traced as a bundle give the results of single rays: along the axes too, where
 /// components are 0, and from vertices, where boxes touch the origin.
 #[test]
 fn bundles_of_rays_are_those_rays() {
@@ -276,7 +276,7 @@ fn batches_agree_with_single_rays() {
     assert!(share > 1000 && share < 4500);
 }
 
-/// The same rays through obvhs' own traversal with its own triangle test.
+/// The rays through obvhs' own traversal with its own triangle test give the same results.
 #[test]
 fn another_librarys_traversal_sees_the_same() {
     let mesh = shapes::teapot(8, true);

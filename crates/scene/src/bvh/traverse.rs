@@ -24,8 +24,8 @@ impl Kernel for Occluded<'_> {
     fn run<A: Arch>(self) {
         let (mut fixed, mut heap) = ([0; FIXED], Vec::new());
         let stack = room(self.bvh.stack, &mut fixed, &mut heap);
-        // Not made for single rays, which meet no bundle: about a twentieth of their time, by runs that vary
-        // by more.
+        // Not made for single rays, for which there are no bundles: making it would cost about a twentieth of
+        // their time, measured by runs that vary by more.
         let mut front = None;
         for (out, rays) in self.out.chunks_mut(BUNDLE).zip(self.rays.chunks(BUNDLE)) {
             let below = match cone::<A::F32x8>(rays) {
@@ -45,14 +45,15 @@ impl Kernel for Occluded<'_> {
     }
 }
 
-/// Rays that are looked at together where they have one origin and similar directions.
+/// Number of rays that are traced as a bundle, where they have one origin and similar directions.
 const BUNDLE: usize = 16;
-/// Nodes of what these may meet.
+/// Nodes that hold the boxes from which a bundle's rays start in place of the root: those that any of its
+/// rays may meet.
 const FRONT: usize = 4;
-/// The largest sum of the ranges of directions along the axes.
+/// Directions are similar if the ranges of their components along the axes sum to at most this.
 const SIMILAR: f32 = 1.5;
 
-/// What holds `rays`, where they are many and similar.
+/// The cone around `rays`; `None` unless they form a bundle.
 #[inline(always)]
 fn cone<L: Lanes>(rays: &[Ray]) -> Option<Cone<L>> {
     let first = rays.first().filter(|_| rays.len() == BUNDLE)?;
@@ -95,7 +96,7 @@ fn entered<'a, L: Lanes>(bvh: &Bvh, cone: &Cone<L>, t_max: f32, front: &'a mut [
         }
     }
     let used = count.div_ceil(LANES);
-    // What an earlier bundle left behind.
+    // Clears entries that an earlier bundle left.
     for at in count..used * LANES {
         let to = &mut front[at / LANES];
         to.children[at % LANES] = LEAF;

@@ -40,7 +40,7 @@ pub struct Shear<L> {
     s: [L; 3],
 }
 
-/// What a ray meets in a block.
+/// Hits of a ray in a block.
 pub struct Met<L> {
     /// A bit for every triangle that is hit.
     pub mask: u32,
@@ -125,9 +125,9 @@ impl<L: Lanes> Shear<L> {
     }
 }
 
-/// What rounding may add to the distances of triangles with these corners in sheared space and the inverse of
-/// the sum of their edge functions: an error of some ε z in x and y, which times x or y is that of an edge
-/// function, by which z is weighed.
+/// Bound of the rounding error in the distances of triangles with these corners in sheared space and the
+/// inverse of the sum of their edge functions: an error of some ε z in x and y, multiplied by x or y, is that
+/// of an edge function, by which z is weighted.
 #[inline(always)]
 fn rounding<L: Lanes>([a, b, c]: &[[L; 3]; 3], inverse: L) -> L {
     let across = magnitude(&[a[0], a[1], b[0], b[1], c[0], c[1]]);

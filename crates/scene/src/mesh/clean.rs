@@ -4,7 +4,7 @@ use super::{Mesh, normals};
 use glam::{Vec2, Vec3, Vec4};
 use steradian_formats::mesh::Part;
 
-/// What [`Mesh::from_part`] shall do beside what it must.
+/// Optional work of [`Mesh::from_part`] in addition to the necessary repairs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Repairs {
     /// Make one vertex of those that agree in position, normal and texture coordinates.
@@ -13,17 +13,17 @@ pub struct Repairs {
     pub compact: bool,
 }
 
-/// What was found and mended on the way.
+/// Faults found in a part, and their repairs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct MeshReport {
     /// Triangles without area, dropped.
     pub degenerate: usize,
-    /// Vertices that no triangle uses. They are kept (so that data per vertex fit the file) unless
-    /// [`Repairs::compact`] asks otherwise.
+    /// Vertices that no triangle uses. They are kept (so that data per vertex match the file) unless
+    /// [`Repairs::compact`] is set.
     pub unreferenced: usize,
     /// The file had no normals: they were made.
     pub made_normals: bool,
-    /// Normals of used vertices that were zero or not finite and were made again.
+    /// Normals of used vertices that were zero or not finite and were recomputed.
     pub repaired_normals: usize,
     /// For each vertex of the file its vertex in the mesh, [`MeshReport::DROPPED`] where there is none; empty
     /// where the vertices are those of the file.
@@ -50,9 +50,10 @@ impl MeshReport {
 }
 
 impl Mesh {
-    /// A part of a mesh file with unit normals everywhere: made by angle weights where the file has none
-    /// (flat where its format asks for that), mended where they are zero. Triangles without area are dropped.
-    /// Tangents are kept where the file has valid ones for all used vertices, otherwise left empty.
+    /// A part of a mesh file with unit normals everywhere: computed with angle weights where the file has
+    /// none (flat where its format prescribes that), recomputed where they are zero. Triangles without area
+    /// are dropped. Tangents are kept where the file has valid ones for all used vertices, otherwise left
+    /// empty.
     pub fn from_part(part: &Part, repairs: Repairs) -> (Self, MeshReport) {
         let mut mesh = Self {
             positions: part.positions.iter().map(|p| Vec3::from(*p)).collect(),
@@ -103,7 +104,7 @@ impl Mesh {
         self.cross(i).length() <= 1e-14 * longest
     }
 
-    /// Which vertices triangles use.
+    /// Flags of the vertices that triangles use.
     pub fn used(&self) -> Vec<bool> {
         let mut used = vec![false; self.positions.len()];
         self.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);

@@ -15,9 +15,9 @@ pub fn edge(a: u32, b: u32) -> Edge {
 
 impl Mesh {
     /// Halves `edges`, and of every triangle that has a halved edge its longest one too, so that triangles do
-    /// not become ever thinner (Rivara 1984). Both sides of a seam are divided alike. What varies over a
-    /// triangle is interpolated, and normals are unit; the surface stays where it is. Returns the edge that
-    /// each new vertex is the middle of, in the order of these vertices, which come after the others.
+    /// not become ever thinner (Rivara 1984). Both sides of a seam are divided alike. Vertex attributes are
+    /// interpolated, and normals normalised; the surface keeps its shape. Returns, for each new vertex, the
+    /// edge whose middle it is; new vertices come after the existing ones.
     pub fn halve_edges(&mut self, edges: &[Edge]) -> Vec<Edge> {
         let place = same_position(&self.positions);
         let key = |a: u32, b: u32| edge(place[a as usize], place[b as usize]);
@@ -25,7 +25,7 @@ impl Mesh {
         let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
         let length = |[a, b]: [u32; 2]| {
             let (a, b) = (self.positions[a as usize], self.positions[b as usize]);
-            // The same whichever end comes first.
+            // The result does not depend on which end comes first.
             a.distance_squared(b)
         };
         // The longest side, by the ends' numbers among equals so that neighbours agree.

@@ -3,7 +3,7 @@
 use super::LightAt;
 use std::sync::Arc;
 
-/// What blocks light, as rows of numbers of single precision; rows and triangles are numbered in them.
+/// Occluders as rows of single-precision numbers; rows and triangles are numbered within them.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Flat {
     /// A hierarchy of boxes in the order of a traversal that needs no stack.
@@ -17,9 +17,9 @@ pub enum Flat {
     },
     /// Depth maps ([`super::ShadowMaps`]).
     Maps {
-        /// Of each light: direction or position, and 1 for a position; columns of the axes (x and y of the
-        /// map and towards the light), with the middle's x and y and half a side behind them; texels of a
-        /// side, the number of the first texel (a cube's six faces follow each other), and 1 where the next
+        /// For each light: direction or position, and 1 for a position; columns of the axes (x and y of the
+        /// map and towards the light), each followed by x and y of the centre and half a side; texels of a
+        /// side, the index of the first texel (a cube's six faces follow each other), and 1 where the next
         /// row is a wider map of the same light.
         lights: Vec<[f32; 20]>,
         /// Depths, row after row.
@@ -27,12 +27,12 @@ pub enum Flat {
         /// Texels of a side of the square whose comparisons are averaged.
         taps: usize,
     },
-    /// Boundaries of what lights do not reach ([`super::ShadowVolumes`]), for devices that draw.
+    /// Shadow volumes of the lights ([`super::ShadowVolumes`]), for devices that draw.
     Volumes(Arc<Volumes>),
 }
 
-/// Shadow volumes as they are drawn: caps at what blocks, sides from there to infinitely far away from the
-/// light, and the caps again there.
+/// Shadow volumes as they are drawn: caps at the occluders, sides from there to infinity away from the light,
+/// and the caps again at infinity.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Volumes {
     /// Corners.
@@ -47,10 +47,10 @@ pub struct Volumes {
 pub struct Boundary {
     /// The light.
     pub light: LightAt,
-    /// Triangles that block, in the mesh's own order of corners, so that they are drawn to the same depths:
+    /// Occluding triangles, in the mesh's own order of corners, so that they are drawn to the same depths:
     /// three corners, number.
     pub caps: Vec<([u32; 3], i32)>,
-    /// From p, q of an edge on to the same two infinitely far away, and to p there.
+    /// Quads from an edge p, q to its two ends projected to infinity.
     pub sides: Vec<([u32; 2], i32)>,
 }
 
@@ -58,7 +58,7 @@ impl Volumes {
     /// Lights at most.
     pub const MOST: usize = 64;
 
-    /// These and those of `other`, of the same mesh, whose lights are not among them.
+    /// These volumes and those of `other`, of the same mesh, for lights that are not among these.
     pub fn joined(self: Arc<Self>, other: &Self) -> Arc<Self> {
         let unknown = |b: &&Boundary| self.lights.iter().all(|l| l.light != b.light);
         let new: Vec<_> = other.lights.iter().filter(unknown).cloned().collect();

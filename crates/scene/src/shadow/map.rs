@@ -20,18 +20,18 @@ impl Default for MapOptions {
     }
 }
 
-/// Steeper receivers, as a tangent, are taken for this steep: 84°.
+/// Largest slope of a receiver, as a tangent: 84°; steeper ones are treated as this steep.
 const STEEPEST: f32 = 10.0;
 /// Bias towards the light in texels, for a receiver that faces it and for each unit of its slope's tangent.
 /// Texels compare with the receiver's plane (Isidoro 2006, *Shadow Mapping: GPU-based Tips and Techniques*),
 /// so that this has to cover curvature and the angle between shading normals and facets alone.
 const BIAS: [f32; 2] = [0.5, 0.5];
 
-/// Depth maps of some lights, a texel the nearest surface along its centre's ray. Both sides of a triangle
-/// block.
+/// Depth maps of some lights; a texel holds the nearest surface along its centre's ray. Both sides of a
+/// triangle block.
 ///
-/// A point is blocked where its depth is beyond a texel's by more than the bias of half a texel or more,
-/// which lets light leak that far under what touches a surface.
+/// A point is blocked where its depth exceeds a texel's by more than a bias of half a texel or more, which
+/// lets light leak that far under objects that touch a surface.
 #[derive(Debug, Clone)]
 pub struct ShadowMaps {
     maps: Vec<(LightAt, Map)>,
@@ -40,8 +40,8 @@ pub struct ShadowMaps {
 
 #[derive(Debug, Clone)]
 enum Map {
-    /// Orthographic: towards (x, y, to the light), the middle, half a side in metres, and depths: metres
-    /// towards the light. Points that are not all within it look into the wider one.
+    /// Orthographic: the axes x, y and to the light, the middle, half a side in metres, and depths: metres
+    /// towards the light. Points whose texels are not all within it are looked up in the wider map.
     Plane { axes: Mat3, middle: Vec2, half: f32, size: usize, depth: Vec<f32>, wider: Option<Box<Map>> },
     /// Six faces about a point: depths along the face's axis, metres.
     Cube { size: usize, depth: Vec<f32> },
@@ -93,7 +93,7 @@ fn plane(mesh: &Mesh, bvh: &Bvh, d: Vec3, size: usize) -> Map {
         .into_iter()
         .map(|p| axes.transpose() * p)
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
-    // What is tried stands for what lies around it.
+    // Each sampled point represents its surroundings, so the square is enlarged.
     let around = (2.0 * whole.1 / COARSE as f32).min(0.05 * (hi - lo).truncate().max_element());
     let near = square(lo.truncate() - around, hi.truncate() + around, size);
     // Rays from close by, since those from above a ground of kilometres arrive with an error of millimetres.
@@ -104,18 +104,18 @@ fn plane(mesh: &Mesh, bvh: &Bvh, d: Vec3, size: usize) -> Map {
     }
 }
 
-/// Rays of a side by which a distant light's map finds where surfaces lie behind surfaces.
+/// Rays a side by which a distant light's map finds surfaces behind surfaces.
 const COARSE: usize = 128;
-/// Surfaces as near as this, in diameters of the mesh, are one: above the rounding of singles, and no more,
-/// since a ground that reaches the horizon has a diameter of 20 000 times the object's.
+/// Surfaces closer than this, in diameters of the mesh, count as one: just above the rounding of single
+/// precision, since a ground that reaches the horizon has a diameter of 20 000 times the object's.
 const OFF: f32 = 2e-6;
-/// A map of a part is made where that is smaller than this part of the whole.
+/// A separate map of a part of the mesh is made where the part is smaller than this share of the whole.
 const WORTH: f32 = 0.7;
-/// Triangles of which the corners are tried too; of more the middles are close enough.
+/// Up to this number of triangles their corners are sampled too; for more their centres are close enough.
 const FEW: usize = 1 << 18;
 
-/// The middle and half the side of the square about a rectangle, with a texel more on each side, so that what
-/// lies at the border is compared with something.
+/// Centre and half the side of the square around a rectangle, with a margin of a texel on each side, so that
+/// points at the border have texels to compare with.
 fn square(lo: Vec2, hi: Vec2, size: usize) -> (Vec2, f32) {
     (0.5 * (lo + hi), (0.5 * (hi - lo).max_element()).max(1e-6) * (1.0 + 2.0 / size as f32))
 }
@@ -213,7 +213,7 @@ impl Map {
                 if let Some(wider) = wider.as_ref().filter(|_| !(within(i) && within(j))) {
                     return wider.open(light, p, normal, taps);
                 }
-                // Metres towards the light for a metre across.
+                // Metres that the receiver's plane recedes from the light per metre across.
                 let slope = steepness(n.truncate(), n.z);
                 let margin = texel * bias(slope.length());
                 for [dx, dy] in (0..taps * taps).map(offsets) {
@@ -262,8 +262,8 @@ impl Map {
     }
 }
 
-/// How much a plane of a normal with these parts across and towards the light rises against the light, a
-/// metre for a metre.
+/// Slope of a plane seen from a light: metres that it recedes from the light per metre across. The plane's
+/// normal has the components `across` the direction to the light and `towards` it.
 fn steepness(across: Vec2, towards: f32) -> Vec2 {
     let slope = across / towards.abs().max(1e-6) * towards.signum();
     slope.clamp_length_max(STEEPEST)

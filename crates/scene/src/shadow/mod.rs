@@ -1,7 +1,7 @@
-//! What stands between points and lights: rays, shadow maps, shadow volumes.
+//! Occluders between points and lights: rays, shadow maps, shadow volumes.
 //!
-//! Rays through the hierarchy are the yardstick. Maps and volumes are what rasterisers draw; here they are
-//! computed without one, so that a picture shows what each of them costs in accuracy.
+//! Rays through the hierarchy are exact. Maps and volumes are what rasterisers draw; here they are computed
+//! without one, so that a picture shows the errors of each.
 
 mod flat;
 mod map;
@@ -15,10 +15,10 @@ pub use flat::{Boundary, Flat, Volumes};
 pub use map::{MapOptions, ShadowMaps};
 pub use volume::ShadowVolumes;
 
-/// What stands between points and lights.
+/// Occlusion between points and lights.
 pub trait Blocker: Debug + Send + Sync {
-    /// The part of a light that arrives, 0 … 1: from the unit direction of `ray`, `distance` away (infinite
-    /// for distant ones), at the ray's origin, a point of unit normal `normal`.
+    /// The unoccluded part of a light, 0 … 1: from the unit direction of `ray`, `distance` away (infinite for
+    /// distant ones), at the ray's origin, a point of unit normal `normal`.
     fn arriving(&self, ray: &Ray, normal: Vec3, distance: f32) -> f32;
 
     /// Is there [`Blocker::flat`]?
@@ -26,8 +26,8 @@ pub trait Blocker: Debug + Send + Sync {
         false
     }
 
-    /// The same as rows of numbers, for devices that run no code of ours; `None` where it has no such form,
-    /// or more rows than single precision can number.
+    /// The occluders as rows of numbers, for GPUs; `None` where there is no such form, or more rows than
+    /// single precision can number.
     fn flat(&self) -> Option<Flat> {
         None
     }
@@ -60,8 +60,8 @@ pub enum LightAt {
 }
 
 impl LightAt {
-    /// How far it is from being the light that `ray` looks for at `distance`: an angle in radians or a
-    /// distance in metres; infinite for one of the other kind.
+    /// Difference from the light that `ray` points to at `distance`: an angle in radians or a distance in
+    /// metres; infinite for a light of the other kind.
     fn mismatch(self, ray: &Ray, distance: f32) -> f32 {
         match self {
             Self::Far(d) if distance.is_infinite() => (d - ray.direction).length(),
@@ -71,7 +71,7 @@ impl LightAt {
     }
 }
 
-/// The one of some things, one a light, that is meant for the light that a ray looks for.
+/// The entry of the light that a ray looks for, among entries of one light each: the one that agrees best.
 fn meant<'a, T>(all: &'a [(LightAt, T)], ray: &Ray, distance: f32) -> Option<&'a (LightAt, T)> {
     let mismatch = |x: &&(LightAt, T)| x.0.mismatch(ray, distance);
     all.iter().min_by(|a, b| mismatch(a).total_cmp(&mismatch(b)))

@@ -1,10 +1,10 @@
-//! Maps and volumes beside rays.
+//! Maps and volumes compared with rays.
 
 use super::*;
 use crate::{Mesh, shapes};
 use glam::Affine3A;
 
-/// How far off the surface points are.
+/// Distance of points off the surface.
 const OFFSET: f32 = 1e-4;
 
 /// A knot above a floor.
@@ -52,7 +52,7 @@ const LIGHTS: [LightAt; 4] = [
     LightAt::Near(Vec3::new(0.05, 1.02, 0.1)),
 ];
 
-/// Of points that face the light by a usual angle, the part on which a blocker and rays disagree.
+/// Of points that face the light, the part at which a blocker and rays disagree.
 fn mislit(mesh: &Mesh, bvh: &Bvh, blocker: &dyn Blocker, light: LightAt) -> f32 {
     let all = points(mesh, light, 20_000);
     let facing: Vec<_> = all.iter().filter(|(ray, n, _)| ray.direction.dot(*n) > 0.2).collect();
@@ -80,7 +80,7 @@ fn maps_err_by_half_as_much_with_twice_the_texels() {
     }
 }
 
-/// A ground of 40 kilometres under the same leaves its shadows where they are.
+/// A ground of 40 kilometres under the mesh does not coarsen its shadows.
 #[test]
 fn maps_over_a_ground_to_the_horizon_are_as_fine() {
     let sunk = Affine3A::from_translation(-0.01 * Vec3::Y);

@@ -12,13 +12,15 @@ use glam::Vec3;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// How far sides reach away from the light, in diagonals of the mesh: further, and single precision blurs the
-/// edges of shadows.
+/// Length of the volumes' sides away from the light, in diagonals of the mesh: with longer ones single
+/// precision would blur the edges of shadows.
 const REACH: f32 = 10.0;
-/// Directions of which rays outwards get the one that leaves the prisms soonest.
+/// Number of candidates, for a near light, for the direction of the rays that count the prisms around a
+/// point. The one with the fewest edges around it and the fewest triangles behind it is taken, so that rays
+/// leave the prisms soonest.
 const TRIED: usize = 64;
-/// How far from edges, as the light sees them, that direction is wanted, radians: a ray leaves a prism within
-/// 1/tan of it times its distance from the light.
+/// Angle, radians, as the light sees it, within which a candidate should have no edges: a ray then leaves a
+/// prism within 1/tan of this angle times its distance from the light.
 const CLEAR: f32 = 0.12;
 
 /// The shadow volumes of some lights. Both sides of a triangle block.
@@ -29,7 +31,7 @@ pub struct ShadowVolumes {
     places: usize,
 }
 
-/// The boundary of what one light does not reach.
+/// The boundary of the region that one light does not reach.
 #[derive(Debug, Clone)]
 struct Volume {
     bvh: Bvh,
@@ -37,11 +39,12 @@ struct Volume {
     /// For each triangle of the boundary how many prisms it bounds, positive where its normal leads out of
     /// them.
     count: Vec<i32>,
-    /// How many of them are caps; behind these lie two a side.
+    /// Number of caps among the triangles; after these come two for each side.
     caps: usize,
-    /// Where rays go, and how many prisms of a near light hold what is infinitely far there.
+    /// Direction of the counting rays, and the number of prisms of a near light that contain the point at
+    /// infinity there.
     outwards: (Vec3, i32),
-    /// How far they go, metres.
+    /// Length of the counting rays, metres.
     far: f32,
 }
 
@@ -172,7 +175,7 @@ fn outwards(light: LightAt, caps: &Mesh) -> (Vec3, i32) {
 }
 
 impl Volume {
-    /// How many prisms hold `p`.
+    /// Number of prisms that contain `p`.
     fn prisms(&self, p: Vec3) -> i32 {
         let (direction, beyond) = self.outwards;
         let mut hits = Vec::new();

@@ -14,7 +14,7 @@ pub struct Sample {
     pub t: DVec3,
 }
 
-/// How a surface is cut.
+/// Tessellation of a parametric surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Grid {
     /// Cells along u.
@@ -25,9 +25,9 @@ pub struct Grid {
     pub wrap_u: bool,
     /// Does v = 1 meet v = 0?
     pub wrap_v: bool,
-    /// Texture coordinates run from here …
+    /// Texture coordinates at the first corner.
     pub uv_min: [f64; 2],
-    /// … to here.
+    /// Texture coordinates at the opposite corner.
     pub uv_max: [f64; 2],
 }
 
@@ -51,7 +51,7 @@ impl Grid {
         let at = |i: u32, n: u32, wrap: bool| if wrap && i == n { 0.0 } else { f64::from(i) / f64::from(n) };
         for j in 0..=self.nv {
             for i in 0..=self.nu {
-                // Both sides of a seam are the same numbers.
+                // Both sides of a seam have bitwise equal positions.
                 let s = f(at(i, self.nu, self.wrap_u), at(j, self.nv, self.wrap_v));
                 let t = (s.t - s.n * s.n.dot(s.t)).normalize_or(s.n.any_orthonormal_vector());
                 mesh.positions.push(s.p.as_vec3());

@@ -16,13 +16,13 @@ pub struct ShapeInfo {
     build: fn(&[f64]) -> Result<Mesh, String>,
 }
 
-/// Why a spec is no shape. One line that says what to do.
+/// Why a spec is no shape; one line that says what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("shape {:?}: {why}", brief(.spec))]
 pub struct ShapeError {
-    /// What was asked for.
+    /// The spec as given.
     pub spec: String,
-    /// What is wrong with it.
+    /// The fault.
     pub why: String,
 }
 
@@ -126,7 +126,7 @@ fn gcd(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// The shape `name` or `name:key=value,…`, as [`SHAPES`] lists them ("-" and "_" are the same).
+/// The shape `name` or `name:key=value,…`, as [`SHAPES`] lists them ("-" and "_" are equivalent).
 pub fn by_name(spec: &str) -> Result<Mesh, ShapeError> {
     build(spec).map_err(|why| ShapeError { spec: spec.into(), why })
 }

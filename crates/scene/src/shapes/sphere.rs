@@ -21,7 +21,7 @@ pub fn sphere(segments: u32) -> Mesh {
         let (count, shift) = if pole { (slices, 0.5) } else { (slices + 1, 0.0) };
         for i in 0..count {
             let u = (f64::from(i) + shift) / f64::from(slices);
-            // The two sides of the seam are the same numbers.
+            // Both sides of the seam have bitwise equal positions.
             let turn = if i == slices { 0.0 } else { u };
             let (s, c) = (TAU * (0.5 - turn)).sin_cos();
             let n = Vec3::new((sin * c) as f32, cos as f32, (sin * s) as f32).normalize();
@@ -31,7 +31,7 @@ pub fn sphere(segments: u32) -> Mesh {
             m.uvs.push(Vec2::new(u as f32, j as f32 / stacks as f32));
         }
     }
-    // First vertex of row j: the pole's row is one vertex shorter than the others.
+    // First vertex of row j: the pole's row is one vertex shorter than all other rows.
     let row = |j: u32| if j == 0 { 0 } else { slices + (j - 1) * (slices + 1) };
     for j in 0..stacks {
         for i in 0..slices {

@@ -31,7 +31,7 @@ const PROFILES: [[Ring; 4]; 6] = [
 const LID: usize = 4;
 const BOTTOM: usize = 5;
 
-/// A cross-section of handle or spout: x and height at the one side and at the other, half its width.
+/// A cross-section of handle or spout: x and height at either side, and half its width.
 type Section = [f64; 5];
 
 const HANDLE: [Section; 7] = [
@@ -106,7 +106,7 @@ fn bernstein(t: f64) -> [f64; 4] {
     [s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t]
 }
 
-/// Their derivatives.
+/// Derivatives of the Bernstein polynomials.
 fn derivative(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [-3.0 * s * s, 3.0 * s * (s - 2.0 * t), 3.0 * t * (2.0 * s - t), 3.0 * t * t]

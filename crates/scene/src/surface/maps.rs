@@ -1,9 +1,9 @@
-//! What varies over a surface: normals, roughness, colours of the reflectance, light that it emits.
+//! Maps that vary over a surface: normals, roughness, colours of the reflectance, emitted light.
 
 use super::{NormalMap, Texture};
 use std::sync::Arc;
 
-/// How the normals under a sample are taken into account.
+/// Use of the normals under a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NormalFiltering {
     /// Their mean alone, as usual: highlights of distant bumps alias or become too sharp.
@@ -26,23 +26,23 @@ impl NormalFiltering {
     }
 }
 
-/// The maps of a surface, beside what multiplies its radiance.
+/// The maps of a surface, except the textures that multiply its radiance.
 #[derive(Debug, Clone, Default)]
 pub struct SurfaceMaps {
     /// Normals.
     pub normal: Option<Arc<NormalMap>>,
-    /// alpha² in every channel, in place of the material's: variances of slopes are what averages linearly.
+    /// alpha² in every channel, in place of the material's: variances of slopes average linearly.
     pub alpha2: Option<Arc<Texture>>,
     /// Albedo and f0 in place of the material's.
     pub colours: Option<Colours>,
     /// Radiance that the surface emits, W sr⁻¹ m⁻².
     pub emission: Option<Arc<Texture>>,
-    /// How normals are filtered.
+    /// Filtering of the normals.
     pub filtering: NormalFiltering,
 }
 
 /// The colours of a reflectance with a diffuse and a specular part. Radiance is linear in each of them, so
-/// that their means over a footprint stand for what lies under it.
+/// that they may be averaged over a footprint.
 #[derive(Debug, Clone)]
 pub struct Colours {
     /// Albedo of the diffuse part.

@@ -1,4 +1,4 @@
-//! What varies over a surface: textures with their levels, normal maps with the moments of their normals,
+//! Data that vary over a surface: textures with their levels, normal maps with the moments of their normals,
 //! maps of roughness, and named planes that techniques read. Plain data, and the rules by which they are
 //! filtered; renderers on the CPU and on a GPU share them.
 

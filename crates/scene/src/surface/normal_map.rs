@@ -3,8 +3,8 @@
 //!
 //! Schilling (1997), *Towards Real-Time Photorealistic Rendering*; Kautz's course notes (2006), "Environment
 //! Map Anti-Aliasing"; Olano & Baker (2010), *LEAN Mapping*, which filters moments of slopes. Here the
-//! moments are those of the unit normal's x and y, which are bounded and are what a tilt of the normal turns
-//! the reflection by:
+//! moments are those of the unit normal's x and y, which are bounded and to which the rotation of the
+//! reflection by a tilted normal is proportional:
 //!
 //! > n̄ = E\[n\],  Σ = E\[(x, y)(x, y)ᵀ\] − (x̄, ȳ)(x̄, ȳ)ᵀ
 //!
@@ -23,7 +23,7 @@ pub struct NormalMap {
     spread: Texture,
 }
 
-/// What a square of a normal map holds.
+/// Average of a normal map over a square.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Normals {
     /// Mean normal, unit.
@@ -84,7 +84,7 @@ impl NormalMap {
         Self::from_normals(width, height, &(0..width * height).map(normal).collect::<Vec<_>>())
     }
 
-    /// The map with what lies beyond the unit square in u and v.
+    /// The map with these wrap modes in u and v.
     pub fn with_wrap(self, wrap: [Wrap; 2]) -> Self {
         Self { mean: self.mean.with_wrap(wrap), spread: self.spread.with_wrap(wrap) }
     }
@@ -99,7 +99,7 @@ impl NormalMap {
         &self.spread
     }
 
-    /// What lies under a square of side `footprint` (in texture coordinates) at `uv`.
+    /// The average over a square of side `footprint` (in texture coordinates) at `uv`.
     pub fn sample(&self, uv: Vec2, footprint: f32) -> Normals {
         let mean = Vec3::from(self.mean.sample(uv.x, uv.y, footprint));
         Normals {

@@ -4,13 +4,13 @@ use super::Texture;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Textures by name, each a parameter of a reflectance that varies over the surface: what the names mean is
-/// the business of whoever reads them.
+/// Textures by name, each a parameter of a reflectance that varies over the surface; techniques that read
+/// them define the meaning of the names.
 #[derive(Debug, Clone, Default)]
 pub struct Planes(BTreeMap<String, Arc<Texture>>);
 
 impl Planes {
-    /// The planes with another one, in place of one of the same name.
+    /// The planes with one more, which replaces one of the same name.
     #[must_use]
     pub fn with(mut self, name: &str, texture: Arc<Texture>) -> Self {
         self.0.insert(name.to_owned(), texture);

@@ -45,8 +45,8 @@ impl Texture {
         self.levels[self.levels.len() - 1].texels[0]
     }
 
-    /// The texture of `f` of this one's value and `other`'s, at the resolution of the finer one, beyond the
-    /// unit square as this one; its levels are the means of its own texels.
+    /// The texture of `f` of this one's value and `other`'s, at the resolution of the finer one, with this
+    /// one's wrap mode; its levels are the means of its own texels.
     pub fn joined(&self, other: &Self, f: impl Fn([f32; 3], [f32; 3]) -> [f32; 3]) -> Self {
         let (a, b) = (self.size(), other.size());
         let (width, height) = (a.0.max(b.0), a.1.max(b.1));
@@ -56,12 +56,12 @@ impl Texture {
             f(self.sample(u, v, 0.0), other.sample(u, v, 0.0))
         };
         let texels = (0..width * height).map(texel).collect();
-        // A single colour has no border of its own.
+        // A texture of a single colour has no meaningful wrap mode.
         let wrap = if a == (1, 1) { other.wrap } else { self.wrap };
         Self { levels: chain(Level { width, height, texels }), wrap }
     }
 
-    /// The texture with what lies beyond the unit square in u and v.
+    /// The texture with these wrap modes in u and v.
     pub fn with_wrap(mut self, wrap: [Wrap; 2]) -> Self {
         self.wrap = wrap;
         self
@@ -77,7 +77,7 @@ impl Texture {
         Self { levels: self.levels.iter().zip(&other.levels).map(level).collect(), wrap: self.wrap }
     }
 
-    /// What lies beyond the unit square in u and v.
+    /// Wrap modes in u and v.
     pub fn wrap(&self) -> [Wrap; 2] {
         self.wrap
     }
@@ -118,7 +118,7 @@ fn chain(finest: Level) -> Vec<Level> {
 }
 
 impl Level {
-    /// The next coarser level, each texel the area average of what it covers; `None` at 1 × 1.
+    /// The next coarser level, each texel the area average of the finer ones under it; `None` at 1 × 1.
     fn half(&self) -> Option<Self> {
         if self.width == 1 && self.height == 1 {
             return None;

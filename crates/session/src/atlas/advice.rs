@@ -1,4 +1,4 @@
-//! What sections 6.5 and 7.7 of the survey advise, held against the numbers.
+//! Advice of sections 6.5 and 7.7 of the survey, compared with measurements.
 
 use super::{Chapter, Entry, GLOSSY, MATTE, Outcome, Row, Stage};
 
@@ -7,7 +7,7 @@ use super::{Chapter, Entry, GLOSSY, MATTE, Outcome, Row, Stage};
 pub struct Advice {
     /// The survey's words.
     pub says: &'static str,
-    /// What was found.
+    /// The measurements.
     pub found: String,
     /// Does it hold here? `None` where techniques that it compares were left out.
     pub holds: Option<bool>,

@@ -1,5 +1,5 @@
-//! Shadows of bumps on each other, and light from bump to bump, of techniques whose data differ from texel to
-//! texel: beside the path tracer's photographs of the surface that the data stand for.
+//! Shadows of bumps on each other, and light from bump to bump, for techniques whose data differ from texel
+//! to texel: compared with the path tracer's photographs of the surface that the data describe.
 
 use super::trials::{Outcome, difference};
 use super::{MATTE, Plan, takes};
@@ -21,12 +21,13 @@ use steradian_techniques::{Material, PointsBuf, Radiance, View, find_local};
 /// vertical, and balls both shadow the plane and light it.
 const SIDE: usize = 32;
 const RELIEF: f64 = 0.1;
-/// Directions of views and lights of the photographs that maps are made of.
+/// Numbers of directions of views and lights of the photographs from which maps are made.
 const VIEWS: usize = 7;
 const LIGHTS: usize = 25;
-/// Lights of the photographs that they are held against, all others but the one along the normal.
+/// Lights of the photographs used for comparison, which differ from those of the maps except for the one
+/// along the normal.
 const TRIED: usize = 6;
-/// Scattering events where light goes from bump to bump.
+/// Scattering events where light is reflected from bump to bump.
 const EVENTS: u32 = 3;
 /// Paths of a texel and light.
 const SAMPLES: u32 = 16;
@@ -35,9 +36,9 @@ const KINDS: [u32; 2] = [1, EVENTS];
 
 /// Photographs of one surface, of the two [`KINDS`].
 pub(super) struct Bumps {
-    /// What maps are made of.
+    /// Photographs from which maps are made.
     known: [Arc<Btf>; 2],
-    /// What they are held against, seen along the normal.
+    /// Photographs along the normal with which techniques are compared.
     truth: [Btf; 2],
 }
 
@@ -84,7 +85,8 @@ impl Session {
             None => photographs.insert(self.bumps()?),
         };
         let heights = find_local("bump_horizon").ok_or_else(|| Error::failed("bump_horizon is missing"))?;
-        // A map is of photographs with and without light between bumps; heights know which by a parameter.
+        // A map holds photographs with or without light between bumps; techniques with heights take a
+        // parameter for it.
         let params =
             |bounces: u32| [("relief", RELIEF), ("bounces", f64::from(bounces))].into_iter().collect();
         let mut bare: ParamValues = params(0);
@@ -110,7 +112,7 @@ impl Session {
 }
 
 impl Bumps {
-    /// The reflectance with what a technique's parameter names, of photographs of a kind.
+    /// The reflectance with the contents of a technique's parameters, from photographs of a kind.
     fn material(&self, t: &dyn AnyLocal, kind: usize) -> Result<Material, Error> {
         let mut planes = Planes::default();
         let mut apparent = None;
@@ -135,14 +137,14 @@ impl Bumps {
         })
     }
 
-    /// What the photographs show of each light that is tried, white being 1.
+    /// Mean of the photographs under each light that is tried, white being 1.
     fn seen(&self, kind: usize) -> Vec<[f64; 3]> {
         let truth = &self.truth[kind];
         let texels = |l: usize| (0..truth.texels()).map(move |k| truth.value(k, 0, l).map(f64::from));
         (1..=TRIED).flat_map(texels).collect()
     }
 
-    /// The same by a technique on a plane.
+    /// The same mean by a technique on a plane.
     fn shaded(
         &self,
         t: &dyn AnyLocal,
@@ -183,7 +185,8 @@ fn texture(of: impl Fn(usize) -> [f32; 3]) -> Result<Arc<Texture>, Error> {
     Texture::new(SIDE, SIDE, &planes).map(Arc::new).ok_or_else(|| Error::failed("a texture is empty"))
 }
 
-/// Of each channel the six numbers of each texel, of the photographs along the normal; white is 1.
+/// For each channel, the six polynomial coefficients of each texel, fitted to the photographs along the
+/// normal; white is 1.
 fn polynomials(btf: &Btf) -> Result<[Vec<[f32; 6]>; 3], FitError> {
     const WHITE: f32 = 255.0;
     let lights: &[DVec3] = btf.lights();

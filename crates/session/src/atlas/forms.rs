@@ -69,8 +69,7 @@ fn numbers(e: &Entry) -> Vec<String> {
     ]
 }
 
-/// How a tried claim is shown: the survey's letters for what holds, a dash for what is neither claimed nor
-/// holds.
+/// Mark of a tried claim: the survey's letters where it holds, a dash where it is neither claimed nor holds.
 fn mark(t: &Tried) -> &'static str {
     match (t.claimed, &t.outcome) {
         (true, Outcome::Holds(_)) => "x",
@@ -82,7 +81,7 @@ fn mark(t: &Tried) -> &'static str {
 }
 
 impl Atlas {
-    /// Claims that were seen not to hold, as technique, column and what was found.
+    /// Claims that failed, as technique, column and measurement.
     pub fn broken(&self) -> Vec<[String; 3]> {
         let all = self.rows.iter().flat_map(|r| r.tried.iter().zip(COLUMNS).map(move |(t, c)| (r, t, c.0)));
         all.filter_map(|(r, t, column)| match (t.claimed, &t.outcome) {

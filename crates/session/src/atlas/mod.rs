@@ -1,10 +1,10 @@
 //! The atlas: every technique on the same scenes, and figure 11 of Kautz, *Hardware Lighting and Shading: a
-//! Survey* (2004), with each of its claims tried.
+//! Survey* (2004), with a test of each of its claims.
 //!
-//! Techniques for environments shade a knot under one light, glossy and matte, beside the reference; those
-//! that know the mesh do so beside the path tracer, and the integral without shadows beside them, so that
-//! what visibility is worth is seen. A technique that takes neither reflectance shows one of its own.
-//! Techniques for directional and point lights shade the knot under three.
+//! Techniques for environments shade a knot under one light, glossy and matte, and are compared with the
+//! reference. Those with self-shadowing are compared with the path tracer, next to the integral without
+//! shadows, which shows the effect of visibility. A technique that accepts neither reflectance shows one of
+//! its own. Techniques for directional and point lights shade the knot under three.
 
 mod advice;
 mod bumps;
@@ -30,17 +30,17 @@ use steradian_techniques::{AnyTechnique, Card, locals, registry};
 
 /// The light of techniques for environments.
 pub const LIGHT: &str = "studio";
-/// What stands there.
+/// Shape in all pictures.
 const SHAPE: &str = "knot";
 /// The two reflectances that most techniques are shown with.
 const GLOSSY: &str = "ggx:alpha=0.25,f0=1/0.77/0.34";
 const MATTE: &str = "lambert:albedo=0.8/0.5/0.3";
-/// Reflectances by which the others are known, the most telling first.
+/// Reflectances for techniques that accept neither the glossy nor the matte one, in order of preference.
 const OTHERS: [&str; 2] = ["phong:n=40,scale=1/0.77/0.34", "banks:n=30,scale=0.15/0.11/0.05"];
-/// Relative error of the reference at each sample: below what eight bits show.
+/// Relative error of the reference at each sample: below the steps of eight bits.
 const TOLERANCE: f64 = 2e-3;
 
-/// What an atlas is made of.
+/// Settings of an atlas.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// Size of each picture, pixels.
@@ -51,19 +51,20 @@ pub struct Plan {
     pub only: Vec<String>,
 }
 
-/// How a chapter's pictures are lit and held against what.
+/// Light of a chapter's pictures, and the reference that they are compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// Environment, nothing in the way; beside the integral.
+    /// Environment without occlusion; compared with the integral.
     Open,
-    /// Environment with shadows; beside the path tracer.
+    /// Environment with shadows; compared with the path tracer.
     Shadowed,
-    /// Three directional lights; beside the sum over them.
+    /// Three directional lights; compared with the sum over them.
     Local,
-    /// The same with what the mesh hides and reflects, for techniques that know it; beside the path tracer.
+    /// Three directional lights with shadows and interreflection of the mesh, for techniques that compute
+    /// these; compared with the path tracer.
     Scattered,
-    /// The same for techniques with data per texel, beside the surface without them: no reference knows the
-    /// data.
+    /// Three directional lights, for techniques with data per texel; shown next to the surface without these
+    /// data, which no reference supports.
     Textured,
 }
 
@@ -71,7 +72,7 @@ pub enum Stage {
 pub struct Entry {
     /// The technique.
     pub card: &'static Card,
-    /// Its pictures, or why there are none.
+    /// The pictures, or why there are none.
     pub answers: Vec<Answer>,
 }
 
@@ -93,19 +94,19 @@ pub struct Chapter {
     pub stage: Stage,
     /// Spec of the reflectance.
     pub brdf: String,
-    /// What they are held against.
+    /// The reference's picture.
     pub truth: Answer,
-    /// Under [`Stage::Shadowed`] what the integral without shadows errs by, relative RMS.
+    /// Under [`Stage::Shadowed`] the relative RMS error of the integral without shadows.
     pub unshadowed: Option<f64>,
     /// The techniques.
     pub entries: Vec<Entry>,
 }
 
-/// A row of figure 11: the technique, and what came of each column of [`COLUMNS`].
+/// A row of figure 11: the technique, and the outcome in each column of [`COLUMNS`].
 pub struct Row {
     /// The technique.
     pub card: &'static Card,
-    /// By column.
+    /// Outcomes by column.
     pub tried: [Tried; COLUMNS.len()],
 }
 
@@ -117,20 +118,20 @@ pub struct Atlas {
     pub rows: Vec<Row>,
     /// The survey's advice, held against the numbers.
     pub advice: Vec<Advice>,
-    /// How long it took.
+    /// Duration in seconds.
     pub seconds: f64,
 }
 
-/// Scattering events of the paths that techniques with one reflection between surfaces are held against.
+/// Scattering events of the paths with which techniques with a single interreflection are compared.
 pub const SCATTERED: u32 = 2;
 
-/// Does a technique for directional and point lights know what the mesh hides of them and reflects?
+/// Does a technique for directional and point lights compute shadows and interreflection of the mesh?
 pub fn scatters(t: &dyn AnyLocal) -> bool {
     t.card().capabilities.interreflections && t.needs_sites(&ParamValues::default())
 }
 
-/// A reflectance that a technique takes: of those of `preferred` whose model it is tested with (so that a
-/// mirror's technique shows a mirror), or else of its own specimens.
+/// A reflectance that a technique accepts: the first of `preferred` whose model is among its specimens (so
+/// that a mirror's technique shows a mirror), or else one of its own specimens.
 pub fn specimen(card: &Card, preferred: &[&'static str]) -> &'static str {
     if let [only] = card.specimens {
         return only;
@@ -139,7 +140,7 @@ pub fn specimen(card: &Card, preferred: &[&'static str]) -> &'static str {
     found.copied().unwrap_or(MATTE)
 }
 
-/// [`specimen`] of all that scenes like these use.
+/// [`specimen`] from the reflectances of the atlas.
 pub fn usual_specimen(card: &Card) -> &'static str {
     specimen(card, &[GLOSSY, OTHERS[0], MATTE, OTHERS[1]])
 }
@@ -170,8 +171,8 @@ pub fn three_lights() -> Lights {
     }
 }
 
-/// Parameters with which a technique shadows the mesh by itself: its defaults, or one choice that makes it do
-/// so; `None` where it never does.
+/// Parameters with which a technique has self-shadowing: its defaults, or a single choice that enables it;
+/// `None` where it has none.
 fn shadowing(t: &dyn AnyTechnique) -> Option<ParamValues> {
     let plain = ParamValues::default();
     if t.self_shadowing(&plain) || t.card().needs.sites {
@@ -247,7 +248,7 @@ impl Session {
         let paths = stage == Stage::Shadowed;
         self.paths = Paths { bounces: 1, noise: plan.noise };
         if paths {
-            // What one technique calls so no other has.
+            // No other technique has parameters of these names.
             let values = techniques.iter().filter_map(|t| shadowing(*t)).flat_map(|v| v.0);
             scene.materials[0].params.0.extend(values);
         }
@@ -265,8 +266,7 @@ impl Session {
         Ok(Chapter { stage, brdf: spec.into(), truth, unshadowed, entries })
     }
 
-    /// A technique for directional and point lights: its stage, reflectance, what it is held against, and its
-    /// answers.
+    /// A technique for directional and point lights: its stage, reflectance, reference picture, and answers.
     fn local(
         &mut self,
         plan: &Plan,
@@ -290,7 +290,7 @@ impl Session {
     }
 
     /// The knot under three directional lights by a technique for them, with its parameters: the reflectance,
-    /// the scene, and what stands beside it, which has no light to shade. Paths go as far as its light does.
+    /// the scene, and the picture it is shown with. Paths have as many scattering events as its light.
     fn near(
         &mut self,
         plan: &Plan,
@@ -331,8 +331,8 @@ fn no_answer() -> Error {
     Error::failed("a comparison without an answer")
 }
 
-/// Techniques by the reflectances that they are shown with: glossy, matte, and for those that take neither
-/// one of their own.
+/// Techniques grouped by the reflectances that they are shown with: glossy, matte, and for techniques that
+/// accept neither one of their own.
 fn by_reflectance(all: &[&'static dyn AnyTechnique]) -> Vec<(String, Vec<&'static dyn AnyTechnique>)> {
     let mut out: Vec<(String, Vec<&'static dyn AnyTechnique>)> = Vec::new();
     for spec in [GLOSSY, MATTE] {
@@ -341,7 +341,7 @@ fn by_reflectance(all: &[&'static dyn AnyTechnique]) -> Vec<(String, Vec<&'stati
             out.push((spec.into(), some));
         }
     }
-    // A technique of a glossy reflectance of its own is shown with it beside the matte one.
+    // A technique with a glossy reflectance of its own is shown with that in addition to the matte one.
     let own = |card| OTHERS.iter().any(|s| shows(card, s)) || !shows(card, MATTE);
     for t in all.iter().copied().filter(|t| !shows(t.card(), GLOSSY) && own(t.card())) {
         let spec = specimen(t.card(), &OTHERS);

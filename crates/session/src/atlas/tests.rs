@@ -12,7 +12,7 @@ fn printed_rows_fit_the_columns() {
     }
 }
 
-/// A small atlas: claims hold, what is printed is kept, and the page shows every technique.
+/// A small atlas: claims hold, the report matches the data, and the page shows every technique.
 #[test]
 fn a_few_techniques_are_seen_to_keep_their_claims() {
     let only = ["sh_irradiance", "vertex_analytic"].map(String::from).to_vec();
@@ -22,7 +22,7 @@ fn a_few_techniques_are_seen_to_keep_their_claims() {
     assert_eq!(atlas.broken(), Vec::<[String; 3]>::new());
     let stages: Vec<(Stage, &str)> = atlas.chapters.iter().map(|c| (c.stage, c.brdf.as_str())).collect();
     assert_eq!(stages, [(Stage::Open, MATTE), (Stage::Local, GLOSSY)]);
-    // The diffuse advice was tried, what compares techniques that were left out was not.
+    // The advice on diffuse surfaces was tried; advice that compares techniques left out was not.
     let holds: Vec<Option<bool>> = atlas.advice.iter().map(|a| a.holds).collect();
     assert!(holds[0].is_some() && holds[1..].iter().all(Option::is_none), "{holds:?}");
     let (page, csv) = (atlas.html().expect("a page"), atlas.csv());
@@ -82,8 +82,8 @@ fn shadows_by_a_parameter_are_found() {
     assert_eq!(lobes.0.len(), 1);
 }
 
-/// Who claims all isotropic or all anisotropic reflectance takes all of the list that are of light from
-/// above.
+/// A technique that claims all isotropic or all anisotropic reflectance takes every one of the list that is
+/// lit from above alone.
 #[test]
 fn claims_of_all_reflectance_hold() {
     for card in cards() {

@@ -22,7 +22,7 @@ use steradian_techniques::{
     locals, registry,
 };
 
-/// What came of a column.
+/// Outcome of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// It was seen to hold, and how well.
@@ -38,11 +38,11 @@ pub enum Outcome {
 pub struct Tried {
     /// Does the technique claim it?
     pub claimed: bool,
-    /// What came of it.
+    /// Outcome of the trial.
     pub outcome: Outcome,
 }
 
-/// A surface all diffuse, and such that are so below their gloss.
+/// A diffuse reflectance, and ones with a diffuse part under a glossy one.
 const DIFFUSE: [&str; 4] = [
     "lambert:albedo=0.5",
     "dielectric:alpha=0.2,f0=0.04,albedo=0.5",
@@ -67,7 +67,7 @@ const ISOTROPIC: [&str; 14] = [
     "sgd:alum-bronze",
     "abc:alum-bronze",
 ];
-/// Anisotropic ones: microfacets, empirical, fibres.
+/// Anisotropic reflectances: microfacets, empirical, fibres.
 const ANISOTROPIC: [&str; 6] = [
     "ggx:ax=0.2,ay=0.5",
     "ward:ax=0.15,ay=0.4",
@@ -76,25 +76,25 @@ const ANISOTROPIC: [&str; 6] = [
     "kajiya-kay:s=16",
     "banks:n=30",
 ];
-/// Points at which shading is tried.
+/// Number of points at which shading is tried.
 const POINTS: usize = 64;
 /// Relative error of the reference at them.
 const TOLERANCE: f64 = 1e-2;
-/// How far normals are turned from the surface's, radians: a bump of usual steepness.
+/// Angle between turned normals and the surface's, radians: a bump of usual steepness.
 const TILT: f64 = 0.3;
 /// The error with turned normals may be larger than with the surface's own by this factor and this much.
 pub(super) const BUMPED: [f64; 2] = [1.5, 0.02];
 /// Width of the lobe that a point brings with itself, and how far it may be from a bake of that width.
 const OWN_WIDTH: f64 = 0.4;
 const OWN_WIDTH_WITHIN: f64 = 0.05;
-/// What is left at most of the error of the integral without shadows where a technique knows them: less by
-/// more than the noise of the path tracer.
+/// A technique with self-shadowing passes if its error is at most this part of that of the integral without
+/// shadows: smaller by more than the noise of the path tracer.
 const SHADOWED: f64 = 0.95;
 /// Size of the pictures in constant light, and the noise of their paths at least: shadows matter ten times as
 /// much there.
 const TINY: [usize; 2] = [32, 24];
 const COARSE_NOISE: f64 = 0.05;
-/// Size of the pictures in which light goes from surface to surface, and how often it is scattered.
+/// Size of the pictures with interreflection, and their number of scattering events.
 const SMALL: [usize; 2] = [64, 48];
 const BOUNCES: u32 = 3;
 
@@ -132,8 +132,9 @@ impl Session {
         Ok(rows)
     }
 
-    /// Shadows: the picture beside the path tracer. It tells nothing of them where a technique errs more by
-    /// leaving out where light comes from than shadows matter: then the same under constant light.
+    /// Shadows: the picture against the path tracer. Where the technique's error from cutting off the light
+    /// exceeds the effect of shadows, the picture is inconclusive: then the comparison is repeated under
+    /// constant light.
     fn shadows(
         &mut self,
         plan: &Plan,
@@ -150,7 +151,7 @@ impl Session {
         Ok(if with < SHADOWED * without { Outcome::Holds(text) } else { Outcome::Fails(text) })
     }
 
-    /// What a technique, and the integral without shadows, err by in constant light.
+    /// Errors of a technique, and of the integral without shadows, in constant light.
     fn under_constant_light(
         &mut self,
         t: &'static dyn AnyTechnique,
@@ -214,8 +215,8 @@ impl Session {
 }
 
 impl Session {
-    /// Shadows and light from surface to surface of a technique for directional and point lights that knows
-    /// the mesh: does either bring it nearer to paths?
+    /// Shadows and interreflection of a technique for directional and point lights: does either reduce the
+    /// error against paths?
     fn scattered(&mut self, plan: &Plan, t: &'static dyn AnyLocal) -> Result<Option<[Outcome; 2]>, Error> {
         if !super::scatters(t) {
             return Ok(None);
@@ -282,7 +283,7 @@ pub(super) fn reflectances(card: &steradian_techniques::Card) -> Vec<Outcome> {
     ]
 }
 
-/// Shadows: the picture beside the path tracer.
+/// Shadows: the picture against the path tracer.
 fn shadows(slug: &str, chapters: &[Chapter]) -> Outcome {
     let found = chapters.iter().filter(|c| c.stage == Stage::Shadowed).find_map(|c| {
         let error = c.entries.iter().find(|e| e.card.slug == slug)?.error()?;
@@ -339,7 +340,7 @@ impl Shaded {
         Ok(if first == again && first != there { Outcome::Holds(text) } else { Outcome::Fails(text) })
     }
 
-    /// Normals that are not the surface's.
+    /// Shading with normals other than the surface's.
     fn bumped(&self, truths: &mut Truths, task: &Task) -> Result<Outcome, Error> {
         let tilted: Vec<ReferencePoint> = self.points.iter().map(tilted).collect();
         let truth = match truths.entry(self.brdf.spec()) {
@@ -387,8 +388,8 @@ impl Shaded {
 }
 
 impl Shaded {
-    /// Numbers of the reflectance from images, each point somewhere else on them, beside the integral with
-    /// the point's own.
+    /// Parameters of the reflectance from images, sampled at a different place for each point, against the
+    /// integral with the point's own parameters.
     fn by_texel(&self, task: &Task) -> Result<Outcome, Error> {
         let planes = specimens::planes(self.technique.planes());
         let material = Material::new(self.brdf.clone()).with_textures(planes);
@@ -446,12 +447,12 @@ pub(super) fn tilted(p: &ReferencePoint) -> ReferencePoint {
     ReferencePoint { frame: Frame::from_normal_tangent(n, p.frame.t), ..*p }
 }
 
-/// What a bake makes of points, with the width of the lobe that they bring, if any.
+/// Radiance of a bake at points, with the width of the lobe that they bring along, if any.
 fn shade(bake: &dyn AnyBake, points: &[ReferencePoint], alpha: Option<f32>) -> Vec<[f64; 3]> {
     shade_at(bake, points, alpha, |_| Vec2::ZERO)
 }
 
-/// The same at these texture coordinates.
+/// Radiance of a bake at points with these texture coordinates.
 fn shade_at(
     bake: &dyn AnyBake,
     points: &[ReferencePoint],

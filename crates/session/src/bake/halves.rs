@@ -10,20 +10,20 @@ use steradian_sphere::Frame;
 use steradian_techniques::tensors::put_certificate;
 use steradian_techniques::{AnyBake, AnyTechnique, PointsBuf, Radiance};
 
-/// Smaller tensors hold orders, factors and sizes and stay as they are.
+/// Tensors with fewer numbers than this hold orders, factors and sizes, and stay in single precision.
 const SMALLEST: usize = 256;
-/// Relative RMS error of rounding beyond which a tensor stays as it is: halves have 5e-4 at most unless they
-/// underflow.
+/// A tensor whose rounding has a larger relative RMS error stays in single precision: halves have 5e-4 at
+/// most unless they underflow.
 const ROUNDING: f64 = 1e-3;
-/// What halves may add to a bake's error where no tolerance says: this part of it, or [`NEGLIGIBLE`].
+/// Without a tolerance, 16-bit floats may add this part of a bake's error, or [`NEGLIGIBLE`].
 const SHARE: f64 = 0.1;
-/// An error that never matters.
+/// An error too small to matter in any case.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Points at which the shading of both is compared.
+/// Number of points at which the radiance of both is compared.
 const PROBES: usize = 1024;
 
-/// The bake as tensors, with halves where they are asked for and allowed; what they add joins the
-/// certificate.
+/// The bake as tensors, as 16-bit floats where the request says so and the error allows it; the certificate
+/// includes the error that they add.
 pub fn tensors(
     done: &mut Baked,
     technique: &'static dyn AnyTechnique,
@@ -83,7 +83,7 @@ fn rounding(a: &[f32], b: &[f32]) -> f64 {
     if d2 == 0.0 { 0.0 } else { (d2 / a2).sqrt() }
 }
 
-/// Relative RMS difference of what two bakes shade: normals uniform over the sphere, views over the
+/// Relative RMS difference between the radiance of two bakes: normals uniform over the sphere, views over the
 /// hemispheres.
 fn difference(a: &dyn AnyBake, b: &dyn AnyBake) -> f64 {
     let points = points();
@@ -101,7 +101,8 @@ fn points() -> PointsBuf {
     let mut buf = PointsBuf::with_capacity(PROBES);
     for k in 0..PROBES {
         let frame = Frame::from_normal(probe::direction(k, PROBES));
-        // As many belts of equal solid angle as probes, in an order that has nothing to do with the normals'.
+        // One view in each of as many belts of equal solid angle as there are probes, in an order independent
+        // of that of the normals.
         let cosine = ((k * 389 % PROBES) as f64 + 0.5) / PROBES as f64;
         let (s, c) = (2.0 * std::f64::consts::PI * (k as f64 * 0.569_840_291).fract()).sin_cos();
         let sine = (1.0 - cosine * cosine).sqrt();

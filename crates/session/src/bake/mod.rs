@@ -17,12 +17,12 @@ use steradian_base::{Certificate, ParamValues};
 use steradian_formats::TensorFile;
 use steradian_techniques::{AnyBake, AnyTechnique, BakedMesh, Geometry, Made, Material, Sites, not_finite};
 
-/// What is to be baked.
+/// Request for a bake.
 #[derive(Clone)]
 pub struct Request {
     /// Light: an image, or a sky spec.
     pub environment: String,
-    /// How it is read, turned and scaled.
+    /// How the light is read, rotated and scaled.
     pub adjust: Adjust,
     /// A file of disk and directional lights that become part of the data.
     pub sun_lights: Option<PathBuf>,
@@ -32,7 +32,7 @@ pub struct Request {
     pub technique: &'static dyn AnyTechnique,
     /// Its parameters.
     pub params: ParamValues,
-    /// What is asked of its error.
+    /// Required accuracy.
     pub accuracy: Accuracy,
     /// Mesh, for techniques that bake per vertex.
     pub mesh: Option<String>,
@@ -42,7 +42,7 @@ pub struct Request {
     pub half: bool,
 }
 
-/// An accuracy that is asked for.
+/// A required accuracy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Accuracy {
     /// None.
@@ -53,12 +53,12 @@ pub enum Accuracy {
     Energy(f64),
 }
 
-/// The name of the parameter that bounds the energy which orders miss.
+/// Name of the parameter that bounds the share of energy beyond the orders.
 const EPSILON: &str = "energy_epsilon";
 
 impl Accuracy {
-    /// What a tolerance, or else an energy, asks of a technique: of one that bounds no energy the square root
-    /// of it is a tolerance.
+    /// The accuracy that a tolerance, or else an energy, means for a technique: where it has no parameter for
+    /// the energy, the square root of that is the tolerance.
     pub fn of(tolerance: Option<f64>, energy: Option<f64>, technique: &dyn AnyTechnique) -> Self {
         match (tolerance, energy) {
             (Some(t), _) => Self::Error(t),
@@ -78,21 +78,21 @@ impl Accuracy {
 pub struct Baked {
     /// The bake.
     pub bake: Box<dyn AnyBake>,
-    /// Its error, with what the file's numbers add.
+    /// Certificate, including the rounding of the file's numbers.
     pub certificate: Certificate,
-    /// What it is made of.
+    /// The inputs that it was made from.
     pub made: Made,
-    /// What was asked for.
+    /// The required accuracy.
     pub accuracy: Accuracy,
     /// Seconds of wall time.
     pub seconds: f64,
-    /// The same by stage.
+    /// Seconds of wall time of each stage.
     pub stages: Vec<(String, f64)>,
     tensors: TensorFile,
 }
 
 impl Baked {
-    /// The explicit accuracy, and what was reached of it.
+    /// The required accuracy and the one reached, where the request gives one.
     pub fn reached(&self) -> Option<(f64, f64)> {
         match self.accuracy {
             Accuracy::Usual => None,
@@ -114,7 +114,7 @@ impl Baked {
 }
 
 impl Session {
-    /// Bakes. What is refused is refused before the work.
+    /// Bakes. Everything that can be refused is refused before the work.
     pub fn bake(&mut self, request: &Request) -> Result<Outcome<Baked>, Error> {
         let brdf = self.brdf(&request.brdf)?;
         let (technique, card) = (request.technique, request.technique.card());

@@ -1,4 +1,4 @@
-//! Where a bake goes: tensors, one texture, or a folder with everything that an engine needs.
+//! Output of a bake: tensors, one texture, or a folder with everything that an engine needs.
 
 use super::tables::Map;
 use super::{Accuracy, Baked};
@@ -15,7 +15,7 @@ use steradian_techniques::gpu::{self, Uniform, Value as Number};
 use steradian_techniques::tensors::put_f32;
 use steradian_techniques::{GpuTechnique, IN_FOLDER, seal};
 
-/// The kind of output that a name asks for.
+/// Kind of output that a file name implies.
 #[derive(Debug, Clone)]
 pub enum Output {
     /// The complete bake.
@@ -29,19 +29,19 @@ pub enum Output {
 /// A file that was written.
 #[derive(Debug, Clone)]
 pub struct Written {
-    /// Without the folders above the output.
+    /// Name of the file, without folders.
     pub name: String,
     /// Its size.
     pub bytes: u64,
-    /// Of a texture: what its format adds, relative RMS, and that format.
+    /// For a texture: its format, and the relative RMS error that the format adds.
     pub texels: Option<(TexelFormat, f64)>,
 }
 
-/// What a table becomes, in the words of the metadata.
+/// Metadata of a file: keys and values.
 type Pairs = Vec<(String, String)>;
 
 impl Output {
-    /// By the extension; a destination that cannot be written is refused here.
+    /// Chooses the form by the extension; a destination that cannot be written is refused here.
     pub fn of(path: &Path) -> Result<Self, Error> {
         let mut places = Destinations::default();
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
@@ -57,7 +57,7 @@ impl Output {
         }
     }
 
-    /// Writes the bake; what is there stays whole until all is ready.
+    /// Writes the bake; existing files stay intact until everything is ready.
     pub fn write(
         &self,
         done: &Baked,
@@ -191,7 +191,7 @@ fn buffers(technique: &GpuTechnique, head: &Pairs) -> TensorFile {
     t
 }
 
-/// `technique.json`: what binds to `shade.wgsl`, in binding order, and the head of the bake.
+/// `technique.json`: the bindings of `shade.wgsl`, in order, and the head of the bake.
 fn numbers(technique: &GpuTechnique, tables: Vec<Value>, head: &Pairs) -> String {
     let offsets = technique.uniform_offsets();
     let uniform = |(u, offset): (&Uniform, u64)| {

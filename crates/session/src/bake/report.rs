@@ -1,4 +1,4 @@
-//! What is said of a bake: bytes, error by elevation, orders, timings.
+//! Report of a bake: bytes, error by elevation, orders, timings.
 
 use super::{Baked, Written};
 use crate::report::{details_json, elevations_json, params_json, points_json};
@@ -12,8 +12,8 @@ fn error_in_words(c: &Certificate) -> String {
 }
 
 impl Baked {
-    /// What is said of it as JSON, of the files that were written in `writing` seconds too; `energy` is the
-    /// epsilon that was asked for.
+    /// Report as JSON, including the files written, which took `writing` seconds; `energy` is the epsilon of
+    /// the request.
     pub fn document(&self, files: &[Written], writing: f64, energy: Option<f64>) -> Value {
         let c = &self.certificate;
         let stages: Vec<Value> =
@@ -41,7 +41,7 @@ impl Baked {
         })
     }
 
-    /// The same in words, line by line.
+    /// Report in words, line by line.
     pub fn lines(&self, files: &[Written], writing: f64) -> Vec<String> {
         let c = &self.certificate;
         let mut out = Vec::new();
@@ -84,7 +84,8 @@ impl Baked {
 }
 
 impl BakedLocal {
-    /// What is said of it as JSON, in a file of `bytes`; `tolerance` was asked for, and `met` or not.
+    /// Report as JSON, for a file of `bytes`; `tolerance` is that of the request, and `met` says whether it
+    /// was met.
     pub fn document(&self, bytes: u64, tolerance: Option<f64>, met: bool) -> Value {
         let c = self.bake.certificate();
         json!({
@@ -103,7 +104,7 @@ impl BakedLocal {
         })
     }
 
-    /// The same in words, line by line.
+    /// Report in words, line by line.
     pub fn lines(&self, bytes: u64) -> [String; 2] {
         let [shading, written] = [self.bake.bytes() as u64, bytes].map(size_in_words);
         let slug = self.bake.card().slug;
@@ -121,7 +122,7 @@ fn plural(n: usize, what: &str) -> String {
     if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }
 
-/// At most four digits.
+/// A number in at most four digits.
 fn short(v: f64) -> String {
     if v.fract() == 0.0 && v.abs() < 1e9 { format!("{v}") } else { format!("{v:.3e}") }
 }

@@ -1,4 +1,4 @@
-//! How long each stage of a bake takes, beside whoever follows it.
+//! Time of each stage of a bake, recorded in addition to the caller's own progress reports.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;

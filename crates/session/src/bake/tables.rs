@@ -7,7 +7,7 @@ use steradian_techniques::gpu::{Format, Shape, Table};
 pub struct Map {
     /// The technique's name of it.
     pub name: &'static str,
-    /// How it is looked up, in the words of the shader's documentation.
+    /// Shape of the table, in the words of the shader's documentation.
     pub shape: String,
     /// The texels.
     pub array: TextureArray,
@@ -17,12 +17,12 @@ pub struct Map {
     pub error: f64,
 }
 
-/// Relative RMS rounding error beyond which texels are 32-bit floats: what halves have at most, unless they
-/// underflow.
+/// Largest relative RMS rounding error of 16-bit texels; beyond it texels are 32-bit floats. Halves stay
+/// below it unless they underflow.
 const ROUNDING: f64 = 5e-4;
 
 impl Map {
-    /// Of a table.
+    /// Texels of a table, in 16-bit floats where rounding permits.
     pub fn of(t: &Table) -> Self {
         let texels = expand(t);
         let (width, height, layers) = (t.level.width, t.level.height, t.level.layers);
@@ -50,7 +50,7 @@ fn shape(s: &Shape) -> String {
     format!("{s:?}")
 }
 
-/// R G B A; what the format lacks is 0, alpha 1.
+/// R G B A; channels that the format lacks are 0, alpha 1.
 fn expand(t: &Table) -> Vec<f32> {
     let channels = match t.format {
         Format::Rg32Float => 2,
@@ -63,7 +63,7 @@ fn expand(t: &Table) -> Vec<f32> {
     values.chunks_exact(channels).flat_map(|c| [c[0], c[1], 0.0, 1.0]).collect()
 }
 
-/// Over red, green and blue: alpha is often nothing but 1.
+/// Relative RMS difference over red, green and blue; alpha, which is often 1 throughout, is left out.
 fn relative_rms(a: &[f32], b: &[f32]) -> f64 {
     let (mut d2, mut a2) = (0.0, 0.0);
     for (x, y) in a.chunks_exact(4).zip(b.chunks_exact(4)) {

@@ -34,16 +34,16 @@ const POLYNOMIAL: usize = 6;
 /// Heights of a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// By formula, so many texels a side.
+    /// A formula, and texels a side at which it is evaluated.
     Pattern(Pattern, usize),
-    /// Those of an image: its alpha, else its luminance.
+    /// Heights of an image: its alpha, else its luminance.
     File(PathBuf),
 }
 
 /// A surface that is photographed, and how.
 #[derive(Clone)]
 pub struct Surface {
-    /// Its heights, which repeat: 0 to 1.
+    /// Heights of the surface, which repeat: 0 to 1.
     pub shape: Shape,
     /// Height of 1 over the width of the surface.
     pub relief: f64,
@@ -65,7 +65,7 @@ pub struct Surface {
     pub format: &'static str,
 }
 
-/// What was photographed.
+/// Facts of a capture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Captured {
     /// Texels a row and rows.
@@ -125,7 +125,7 @@ pub(super) fn angles(d: DVec3) -> [f64; 2] {
 }
 
 impl Surface {
-    /// Refuses what cannot be photographed.
+    /// Refuses settings that cannot be photographed.
     fn check(&self) -> Result<(), Error> {
         for (what, n) in [("views", self.views), ("lights", self.lights)] {
             if !(1..=MOST_DIRECTIONS).contains(&n) {
@@ -251,10 +251,10 @@ impl Session {
     }
 
     /// Writes the pictures of a surface to a folder: a list of all of them (`btf.csv`), and where there is a
-    /// view along the normal and there are six lights at least a list of its lights (`rti.lp`) and their
-    /// polynomial texture map (`rti.ptm`). Their numbers are π times the radiance under an irradiance of 1
-    /// across the light's direction: white is 1. A folder that another capture of the same began is gone on
-    /// with, view by view; a stop leaves whole files.
+    /// view along the normal and at least six lights, a list of its lights (`rti.lp`) and their polynomial
+    /// texture map (`rti.ptm`). Their numbers are π times the radiance under an irradiance of 1 across the
+    /// light's direction: white is 1. A folder that an interrupted capture with the same settings began is
+    /// continued, view by view; a cancellation leaves complete files.
     pub fn capture_surface(&mut self, s: &Surface, folder: &Path) -> Result<Captured, Error> {
         let start = Instant::now();
         Destinations::default().folder(folder, false)?;
@@ -304,7 +304,7 @@ impl Session {
         })
     }
 
-    /// What a capture is made of, as its record says it.
+    /// Settings of a capture in the form of its record.
     fn asked(&self, s: &Surface) -> Value {
         let mark = |p: &PathBuf| light_mark(&p.display().to_string());
         let (heights, side) = match &s.shape {
@@ -385,7 +385,7 @@ impl Session {
 /// The views that a folder has, with the variances of their pictures.
 type FinishedViews = Vec<(usize, Vec<f64>)>;
 
-/// What the record of a folder says is done; refuses that of another capture.
+/// The finished views according to the record of a folder; refuses the record of another capture.
 fn known(record: &Path, asked: &Value) -> Result<FinishedViews, Error> {
     if !record.exists() {
         return Ok(Vec::new());

@@ -8,7 +8,7 @@ use steradian_relight::lobes::{self, Lobe};
 /// Lobes of a texel at most, as many as `lafortune_svbrdf` reads images of.
 pub const MOST_LOBES: usize = 2;
 
-/// What pictures have become.
+/// Facts of lobes fitted to pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LobeFacts {
     /// Width in texels.

@@ -18,7 +18,7 @@ use steradian_formats::{BtfList, Raster, read_btf, read_image};
 use steradian_parallel::prelude::*;
 use steradian_relight::btf::{Btf, BtfError, Pairing, around, spread};
 
-/// What a list of pictures is.
+/// Facts of a list of pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BtfFacts {
     /// Pictures.
@@ -27,7 +27,7 @@ pub struct BtfFacts {
     pub views: usize,
     /// Lights.
     pub lights: usize,
-    /// Width and height of the first picture; all have these.
+    /// Width and height of the first picture; all must have them.
     pub size: (usize, usize),
     /// Largest angle of a view from the normal, and of a light, degrees.
     pub angles: [f64; 2],
@@ -157,7 +157,7 @@ impl Session {
         Ok(btf)
     }
 
-    /// What a list of pictures is; all are looked for, the first is read.
+    /// Facts of a list of pictures; checks that all exist, and reads the first.
     pub fn inspect_btf(&mut self, path: &Path) -> Result<BtfFacts, Error> {
         let list = read_btf(path, &self.limits())?;
         self.note_input(path);

@@ -1,4 +1,4 @@
-//! What a sweep found as a chart: error, bytes and time of baking against the parameter, a line per technique
+//! Results of a sweep as a chart: error, bytes and time of baking against the parameter, a line per technique
 //! and light.
 
 use super::{Finding, Sweep};
@@ -12,7 +12,7 @@ const GAP: f64 = 78.0;
 const ROW: f64 = 18.0;
 const INK: [u8; 3] = [60, 62, 66];
 const FAINT: [u8; 3] = [222, 224, 228];
-/// Paul Tol's bright scheme and darker ones: told apart by the colour-blind.
+/// Paul Tol's bright scheme and darker variants, distinguishable with colour blindness.
 const COLOURS: [[u8; 3]; 10] = [
     [68, 119, 170],
     [238, 102, 119],
@@ -41,7 +41,7 @@ const QUANTITIES: [Quantity; 3] = [
 /// Points of one technique under one light.
 type Points = Vec<(f64, f64)>;
 
-/// From values to pixels.
+/// Map from values to pixels.
 struct Axis {
     low: f64,
     high: f64,
@@ -49,7 +49,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// One that holds all values; a logarithmic one in whole powers of ten.
+    /// An axis that holds all values; a logarithmic one spans whole powers of ten.
     fn of(values: impl Iterator<Item = f64>, log: bool) -> Self {
         let kept = values.filter(|v| v.is_finite() && (!log || *v > 0.0));
         let (low, high) = kept.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -62,7 +62,7 @@ impl Axis {
         Self { low, high, log }
     }
 
-    /// 0 … 1.
+    /// Position of a value on the axis, 0 … 1.
     fn place(&self, v: f64) -> f64 {
         if self.log {
             (v / self.low).log10() / (self.high / self.low).log10()
@@ -110,7 +110,7 @@ pub fn drawing(findings: &[Finding], sweep: &Sweep) -> Drawing {
     page
 }
 
-/// A technique under a light, with what it gave at each value.
+/// A technique under a light, with its result at each value.
 type Series<'a> = Vec<(String, Vec<(f64, &'a Rendering)>)>;
 
 fn series(findings: &[Finding]) -> Series<'_> {

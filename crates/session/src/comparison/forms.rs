@@ -1,4 +1,4 @@
-//! What a comparison found, as a sheet of pictures, a table, a document and a web page.
+//! Results of a comparison, as a sheet of pictures, a table, a document and a web page.
 
 use super::{Finding, answer_json, cell};
 use crate::Error;
@@ -9,7 +9,7 @@ use steradian_render::{Row, Sheet};
 use steradian_techniques::Capabilities;
 
 fn columns(findings: &[Finding]) -> Vec<String> {
-    // Every row answers for the same methods; those that no row shows have no column.
+    // Every row has the same methods; a method without a picture in any row has no column.
     let Some(first) = findings.first() else { return Vec::new() };
     let shown = |name: &String| {
         findings
@@ -74,14 +74,14 @@ pub fn document(findings: &[Finding]) -> Value {
     json!({ "comparisons": rows })
 }
 
-/// A number of the tables: FLIP and stops first, which say what is seen.
+/// A number of the tables: FLIP and stops first, which describe visible differences.
 struct Column {
-    /// In CSV, as in the JSON document.
+    /// Name in CSV and in the JSON document.
     name: &'static str,
-    /// In words.
+    /// Heading in texts.
     head: &'static str,
     value: fn(&Rendering) -> Option<f64>,
-    /// As a text shows it: factor and digits.
+    /// Factor and digits in texts.
     shown: (f64, usize),
 }
 
@@ -113,12 +113,12 @@ impl Column {
     }
 }
 
-/// What a technique allows beside its error, columns of figure 11 of Kautz, *Hardware Lighting and Shading: a
-/// Survey* (2004).
+/// A capability of techniques, a column of figure 11 of Kautz, *Hardware Lighting and Shading: a Survey*
+/// (2004).
 struct Claim {
-    /// In CSV and in the JSON document.
+    /// Name in CSV and in the JSON document.
     name: &'static str,
-    /// In words.
+    /// Heading in texts.
     head: &'static str,
     holds: fn(&Capabilities) -> bool,
 }
@@ -135,7 +135,7 @@ impl Claim {
     }
 }
 
-/// For the JSON document: what the technique of an answer allows.
+/// For the JSON document: capabilities of an answer's technique.
 pub(super) fn claims(a: &Answer) -> impl Iterator<Item = (String, Value)> + use<> {
     let all = a.capabilities();
     CLAIMS.iter().map(move |claim| (claim.name.into(), all.as_ref().map(claim.holds).into()))
@@ -146,13 +146,14 @@ fn has_local(findings: &[Finding]) -> bool {
     findings.iter().flat_map(|f| &f.answers).any(|a| a.names().1.is_some())
 }
 
-/// What names a row: light, material, technique, and perhaps that for directional and point lights.
+/// Headings of the columns that identify a row: light, material, technique, and where `local` that for
+/// directional and point lights.
 fn headings(local: bool) -> &'static [&'static str] {
     let all: &[&str] = &["environment", "brdf", "technique", "local"];
     &all[..3 + usize::from(local)]
 }
 
-/// These of a row.
+/// Entries of a row under [`headings`].
 fn names(f: &Finding, a: &Answer, local: bool) -> Vec<String> {
     let (technique, other) = a.names();
     let other = local.then(|| other.unwrap_or_else(|| "-".into()));

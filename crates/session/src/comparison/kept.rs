@@ -1,6 +1,5 @@
-//! Results of earlier comparisons, kept in a file beside the table: what was computed once of the same inputs
-//! by the same version is not computed again. Pictures, where they are asked for, lie as PNG in a folder
-//! beside it.
+//! Results of earlier comparisons, kept in a file next to the table: a result of the same inputs by the same
+//! version is not computed again. Pictures, where needed, are PNG files in a folder next to it.
 
 use super::{Finding, answer_json};
 use crate::Error;
@@ -12,13 +11,13 @@ use steradian_base::{Certificate, Evidence, Input};
 use steradian_formats::{read_file, read_text, write_atomic};
 use steradian_render::{Display, Errors};
 
-/// Bytes of such a file: a hundred thousand results take less.
+/// Largest size, bytes, of such a file: a hundred thousand results take less.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// Bytes of a picture.
+/// Largest size, bytes, of a picture.
 const MAX_PICTURE: u64 = 256 << 20;
 
-/// The file and what it holds, by digest.
+/// The file and its entries, by digest.
 pub struct Kept {
     path: PathBuf,
     /// The folder of the pictures, where they are needed: a result without its pictures is none then.
@@ -32,8 +31,8 @@ pub fn digest(parts: &[String]) -> String {
 }
 
 impl Kept {
-    /// What `path` holds, nothing where it is not there yet; with the pictures in the folder of the file's
-    /// name and `.pictures`, where they are needed.
+    /// Reads the entries in `path`, none where it does not exist; with the pictures in the folder of the
+    /// file's name and `.pictures`, where they are needed.
     pub fn open(path: &Path, with_pictures: bool) -> Result<Self, Error> {
         let path = path.to_path_buf();
         let mut folder = path.clone().into_os_string();
@@ -100,7 +99,7 @@ impl Kept {
         })))
     }
 
-    /// Those of a row, where all were kept.
+    /// The answers of a row, if all were kept.
     pub fn row(&self, keys: &[String]) -> Option<Vec<Answer>> {
         keys.iter().map(|k| self.answer(k)).collect()
     }

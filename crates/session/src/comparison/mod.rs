@@ -1,4 +1,4 @@
-//! What comparisons found, as tables, charts, pages and files of results that are gone on with.
+//! Results of comparisons, as tables, charts, pages and files from which a comparison resumes.
 
 mod chart;
 mod forms;
@@ -17,13 +17,13 @@ pub use request::{Request, short};
 use sweep::mark;
 pub use sweep::{Sweep, Swept};
 
-/// A row of a comparison: light, material and what every technique makes of them.
+/// A row of a comparison: light, material and the answer of every technique.
 pub struct Finding {
     /// The light, without folders.
     pub environment: String,
     /// The material.
     pub brdf: String,
-    /// The reflectance without what a sweep sets.
+    /// The reflectance without the parameter that a sweep sets.
     pub base: String,
     /// The value that a sweep sets.
     pub value: Option<f64>,
@@ -32,9 +32,9 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// The first technique whose picture errs by more than `tolerance`, in words.
+    /// The first technique whose picture's error exceeds `tolerance`, in words.
     pub fn missed(&self, tolerance: f64) -> Option<String> {
-        // What is no number is worse than any.
+        // NaN counts as worse than any error.
         let misses = |a: &&Answer| a.error().is_some_and(|e| e > tolerance || e.is_nan());
         let r = self.answers.iter().find(misses)?.rendering()?;
         let error = r.errors.as_ref()?.0.relative_rms;
@@ -83,7 +83,7 @@ pub fn answer_json(answer: &Answer) -> Value {
     }
 }
 
-/// The document of an answer with what its technique allows.
+/// The document of an answer with its technique's capabilities.
 fn with_claims(answer: &Answer, mut document: Value) -> Value {
     if let Some(fields) = document.as_object_mut() {
         fields.extend(forms::claims(answer));

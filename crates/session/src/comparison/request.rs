@@ -1,4 +1,4 @@
-//! A comparison as it is asked for: lights and reflectances by name, a sweep, saved bakes, or a scene file.
+//! Request for a comparison: lights and reflectances by name, a sweep, saved bakes, or a scene file.
 
 use super::{Finding, Kept, Sweep, Swept, digest, mark as file_mark};
 use crate::compare::Plan;
@@ -18,23 +18,23 @@ use steradian_render::{Settings, ToneMapper};
 use steradian_techniques::SavedBake;
 use steradian_techniques::direct::Suns;
 
-/// What is to be compared.
+/// Inputs and settings of a comparison.
 #[derive(Clone)]
 pub struct Request {
     /// Mesh file, built-in shape, or scene file (.toml).
     pub model: String,
     /// Lights: images, or specs of skies; none: the usual sky, or the scene file's light.
     pub environments: Vec<String>,
-    /// How these are read, turned and scaled.
+    /// How these lights are read, rotated and scaled.
     pub adjust: Adjust,
-    /// Lights beside them; without an environment there are no others.
+    /// Lights in addition; without an environment the only ones.
     pub lights: Vec<Lamp>,
-    /// The technique for directional and point lights: `Some(None)` is exact shading, `None` what a scene
-    /// file says.
+    /// The technique for directional and point lights: `Some(None)` is exact shading, `None` that of a scene
+    /// file.
     pub local: Option<Option<Local>>,
     /// Specs of reflectances; none: the mesh file's materials, else two usual ones.
     pub brdfs: Vec<String>,
-    /// Names of techniques; none: all that take the material, beside bakes none.
+    /// Names of techniques; where empty, all that accept the material, or with saved bakes none.
     pub techniques: Vec<String>,
     /// Parameters of those techniques that have them.
     pub params: ParamValues,
@@ -46,9 +46,9 @@ pub struct Request {
     pub probes: Option<PathBuf>,
     /// Width and height of each picture, pixels.
     pub size: [usize; 2],
-    /// With what, and how precisely.
+    /// The reference and its precision.
     pub plan: Plan,
-    /// What the pictures' relative RMS errors are held against.
+    /// Largest relative RMS error of the pictures.
     pub tolerance: Option<f64>,
     /// Tone mapper of the pictures and of FLIP.
     pub tone_mapper: ToneMapper,
@@ -82,7 +82,7 @@ impl Default for Request {
     }
 }
 
-/// What a row is called whose light is that of lamps alone.
+/// Name of the light in rows whose only light is lamps.
 const NO_ENVIRONMENT: &str = "the lights given";
 /// Vertical field of view, degrees.
 const FOV: f32 = 30.0;
@@ -90,9 +90,9 @@ const FOV: f32 = 30.0;
 const BLUR: f64 = 0.02;
 
 impl Session {
-    /// Every light with every reflectance by every technique, and how many rows are those of earlier results.
-    /// Finished rows are kept as they come, so that an interrupted comparison goes on where it stopped.
-    /// Errors are not held against the tolerance yet: [`Finding::missed`] does that.
+    /// Every light with every reflectance by every technique, and the number of rows taken from earlier
+    /// results. Finished rows are saved as they come, so that an interrupted comparison resumes where it
+    /// stopped. Errors are not compared with the tolerance yet: [`Finding::missed`] does that.
     pub fn findings(
         &mut self,
         request: &Request,
@@ -105,7 +105,8 @@ impl Session {
         }
         let methods = methods(o, &bakes)?;
         if o.plan.paths {
-            // Suns beside techniques that know shadows are shadowed by rays, as paths are.
+            // Suns are shaded exactly under techniques with self-shadowing, and shadowed by rays, as paths
+            // are.
             self.suns = Suns::Exact;
         } else if !matches!(self.shadows, Shadows::Auto | Shadows::Off | Shadows::Lobe) {
             let why = "the reference has no shadows: add --path, or give lobe, which shadows both";
@@ -135,7 +136,7 @@ impl Session {
             }
             let framed = || scene.framed(FOV, Vec3::Y);
             scene.camera = Some(scene.camera.map_or_else(framed, Ok)?);
-            // All findings are held against the tolerance at the end, those of earlier results too.
+            // All findings, earlier results included, are compared with the tolerance at the end.
             let (answers, _) = self.compare(&scene, &methods, renderers, &o.plan)?.even_if_missed();
             let finding = Finding { environment, brdf, base, value, answers };
             if let Some(kept) = &mut kept {
@@ -210,7 +211,7 @@ fn bakes(o: &Request, session: &mut Session) -> Result<Vec<Arc<SavedBake>>, Erro
     Ok(out)
 }
 
-/// What is beside the reference.
+/// Methods that are compared with the reference.
 fn methods(o: &Request, bakes: &[Arc<SavedBake>]) -> Result<Vec<Method>, Error> {
     let slugs: Vec<&str> = if o.techniques.is_empty() && bakes.is_empty() {
         Method::slugs()
@@ -231,7 +232,7 @@ fn methods(o: &Request, bakes: &[Arc<SavedBake>]) -> Result<Vec<Method>, Error> 
     Ok(out)
 }
 
-/// What is compared.
+/// One row of a comparison.
 struct Case {
     environment: String,
     brdf: String,
@@ -384,7 +385,7 @@ fn baked_light(file: &SavedBake, o: &Request, session: &mut Session) -> Result<L
 /// A scene file, under its own light or those of the command line.
 fn scenes(o: &Request, methods: &[Method], session: &mut Session) -> Result<Vec<Case>, Error> {
     if o.sweep.is_some() || o.results.is_some() {
-        // What a scene file refers to is not part of its digest.
+        // Files that a scene file refers to are not part of its digest.
         return Err(Error::usage("--sweep and --resume belong to a mesh or shape, not to a scene file"));
     }
     if !(o.brdfs.is_empty() && o.bakes.is_empty()) {

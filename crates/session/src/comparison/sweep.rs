@@ -3,7 +3,7 @@
 use std::path::Path;
 use steradian_base::split_spec;
 
-/// What is varied.
+/// Quantity that is varied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Swept {
     /// A parameter of the reflectance.
@@ -17,9 +17,9 @@ pub enum Swept {
 pub struct Sweep {
     /// Whose it is.
     pub of: Swept,
-    /// Its name.
+    /// Name of the parameter.
     pub key: String,
-    /// Its values, ascending as they are given.
+    /// Its values, ascending.
     pub values: Vec<f64>,
     /// Are they spaced by equal factors?
     pub log: bool,
@@ -75,8 +75,7 @@ impl Sweep {
     }
 }
 
-/// What stands for a name in the key of a result: files by what they hold, so that another content is another
-/// result.
+/// Identifies a name in the key of a result: a file by its contents, so that other contents give another key.
 pub fn mark(text: &str) -> String {
     if Path::new(text).is_file() {
         return crate::light_mark(text);

@@ -22,16 +22,16 @@ const COLUMNS: usize = 15;
 /// phenolic and chrome under the studio and the sky it is 0.01 % or less from a tolerance of 1e-3 without a
 /// limit.
 const TRUTH: Effort = Effort { tolerance: 1e-2, evaluations: 10_000 };
-/// Degrees about the mirror direction that a strip shows at least.
+/// Least angle about the mirror direction that a strip shows, degrees.
 const LEAST: f64 = 6.0;
-/// What lies below the horizon.
+/// Colour of directions below the horizon.
 const BELOW: [u8; 3] = [38, 44, 66];
 
 impl Session {
-    /// Writes a page that needs no other file for each fit, `NAME.html` in `folder`: what each view's lobes
-    /// look like beside what they stand for, errors and parameters by view, and spheres under each of
-    /// `environments` beside the reference. Of several fits `index.html` has a line each (`overview.html`
-    /// where a material is called index).
+    /// Writes a self-contained page for each fit, `NAME.html` in `folder`: pictures of each view's lobes next
+    /// to the reflectance, errors and parameters by view, and spheres under each of `environments` next to
+    /// the reference. For several fits `index.html` has a line each (`overview.html` where a material is
+    /// called index).
     ///
     /// # Errors
     /// A light or a reflectance that cannot be read, or a folder that cannot be written.
@@ -195,7 +195,7 @@ impl Session {
 
 /// A sphere of a fit under a light.
 struct Ball {
-    /// The light's name, the relative RMS error, and more that is told of it.
+    /// The light's name, the relative RMS error, and further facts of the row.
     row: Vec<String>,
     picture: Display,
 }
@@ -272,7 +272,7 @@ fn strips(brdf: &dyn Brdf, fit: &GaussianFit) -> (Display, f64) {
     (sheet.draw(), extent.to_degrees())
 }
 
-/// How far about the mirror direction lobes reach that matter: 2.5 times the length of the longest that has a
+/// Extent of the pictures about the mirror direction: 2.5 times the length of the longest lobe that has a
 /// tenth of a view's weight, away from grazing views.
 fn extent(fit: &GaussianFit) -> f64 {
     let mut longest = 0.0f64;
@@ -324,13 +324,13 @@ const PANEL: (f64, f64) = (520.0, 240.0);
 const CORNER: (f64, f64) = (64.0, 18.0);
 const INK: [u8; 3] = [60, 62, 66];
 const FAINT: [u8; 3] = [222, 224, 228];
-/// What the lines of the chart are, and their colours.
+/// Legends and colours of the chart's lines.
 const LINES: [(&str, [u8; 3]); 3] = [
     ("of the whole, squared", [190, 215, 195]),
     ("of the specular part, squared", [68, 119, 170]),
     ("of the specular part, plain", [238, 102, 119]),
 ];
-/// Per cent at the bottom, and decades.
+/// Lower end of the axis, per cent, and its number of decades.
 const BOTTOM: f64 = 0.01;
 const DECADES: f64 = 4.0;
 
@@ -358,7 +358,7 @@ fn curves(report: &[SliceReport]) -> Drawing {
     }
     for (k, (name, colour)) in LINES.into_iter().enumerate() {
         let value = |r: &SliceReport| 100.0 * [r.of_whole, r.energy, r.norm()][k];
-        // Of several azimuths the mean.
+        // With several azimuths the mean over them.
         let mean = |rows: &[SliceReport]| rows.iter().map(value).sum::<f64>() / rows.len() as f64;
         let elevations = report.chunk_by(|a, b| a.theta == b.theta);
         let points: Vec<(f64, f64)> =

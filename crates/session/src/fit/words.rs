@@ -1,11 +1,11 @@
-//! What is said of fits: as JSON, and as a table.
+//! Reports of fits: as JSON, and as a table.
 
 use super::{Fitted, Summary};
 use serde_json::{Value, json};
 use steradian_brdf::fit::gaussian::{MAX_LOBES, MAX_VIEWS, SliceReport};
 
 impl Fitted {
-    /// What is said of it as JSON, where `tolerance` was asked for.
+    /// Report as JSON; `tolerance` is that of the request.
     pub fn document(&self, tolerance: Option<f64>) -> Value {
         let view = |r: &SliceReport| {
             json!({
@@ -28,7 +28,7 @@ impl Fitted {
         })
     }
 
-    /// By how much it misses a tolerance, in words; `None` where it meets it.
+    /// States by how much the fit misses a tolerance; `None` where it meets it.
     pub fn missed(&self, asked: f64) -> Option<String> {
         let e = self.reached.filter(|e| *e > asked)?;
         let most =

@@ -1,4 +1,4 @@
-//! What saved bakes and their tables are.
+//! Facts of saved bakes and their tables.
 
 use crate::{Adjust, Error, Local, Session};
 use std::collections::BTreeMap;
@@ -18,12 +18,12 @@ pub struct TensorFacts {
     pub bytes: usize,
 }
 
-/// What a saved bake is.
+/// Facts of a saved bake.
 #[derive(Debug, Clone)]
 pub struct BakeFacts {
     /// The technique.
     pub card: &'static Card,
-    /// What it was made of.
+    /// The inputs that it was made from.
     pub made: Made,
     /// Parameters that hold, the default ones too.
     pub params: ParamValues,
@@ -31,9 +31,9 @@ pub struct BakeFacts {
     pub bytes: usize,
     /// The error, and how it is known.
     pub certificate: Certificate,
-    /// What the file holds.
+    /// Tensors in the file.
     pub tensors: Vec<TensorFacts>,
-    /// What it says of itself.
+    /// Metadata of the file.
     pub metadata: BTreeMap<String, String>,
 }
 
@@ -66,16 +66,16 @@ pub enum ArrayContent {
         /// The table's name, as in the technique's shader.
         table: String,
     },
-    /// What texels of a height map see of the light above, in these numbers.
+    /// Horizons of a height map's texels, in this form.
     Horizons(String),
     /// The file does not say.
     Images,
 }
 
-/// What a texture is that holds an array of images.
+/// Facts of a texture that holds an array of images.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ArrayFacts {
-    /// What they are.
+    /// Content of the images.
     pub content: ArrayContent,
     /// Texels a row.
     pub width: usize,
@@ -83,12 +83,12 @@ pub struct ArrayFacts {
     pub height: usize,
     /// Layers.
     pub layers: usize,
-    /// What it says of itself.
+    /// Metadata of the file.
     pub metadata: BTreeMap<String, String>,
 }
 
 impl ArrayFacts {
-    /// What it says under `steradian.KEY`.
+    /// Metadata under `steradian.KEY`.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.metadata.get(&format!("steradian.{key}")).map(String::as_str)
     }
@@ -110,7 +110,7 @@ pub(super) fn tensors(file: &TensorFile) -> Vec<TensorFacts> {
 }
 
 impl Session {
-    /// What a saved bake is.
+    /// Facts of a saved bake.
     pub fn inspect_bake(&mut self, path: &Path) -> Result<BakeFacts, Error> {
         let file = self.saved_bake(path, &Adjust::default())?;
         let bake = file.open()?;

@@ -1,4 +1,4 @@
-//! What a reflectance is.
+//! Facts of a reflectance.
 
 use crate::{Error, Method, Session};
 use glam::DVec3;
@@ -11,7 +11,7 @@ const DIRECTIONAL: f64 = 1e-5;
 /// Relative tolerance of the hemispherical one.
 const HEMISPHERICAL: f64 = 1e-4;
 
-/// What a reflectance is, beside what its model says of itself.
+/// Facts of a reflectance, in addition to its model's own description.
 #[derive(Debug, Clone)]
 pub struct BrdfFacts {
     /// The reflectance.
@@ -20,9 +20,9 @@ pub struct BrdfFacts {
     pub directional: Vec<(f64, [f64; 3])>,
     /// Albedo under uniform light from the whole hemisphere.
     pub hemispherical: [f64; 3],
-    /// How far it is from reciprocal ([`super::reciprocity_error`]).
+    /// Deviation from reciprocity ([`super::reciprocity_error`]).
     pub reciprocity_error: f64,
-    /// Slugs of the techniques that take it, and of what computes without any.
+    /// Slugs of the techniques that accept it, and of the methods that need none.
     pub techniques: Vec<&'static str>,
 }
 
@@ -40,7 +40,7 @@ impl BrdfFacts {
 }
 
 impl Session {
-    /// What the reflectance of a spec is.
+    /// Facts of the reflectance of a spec.
     pub fn inspect_brdf(&mut self, spec: &str) -> Result<BrdfFacts, Error> {
         let brdf = self.brdf(spec)?;
         let of = |degrees: f64| {

@@ -1,4 +1,4 @@
-//! What an environment is.
+//! Facts of an environment.
 
 use super::TextureFacts;
 use crate::inputs::{self, Adjust, is_sky};
@@ -19,7 +19,7 @@ const BINS_PER_STOP: f64 = 16.0;
 /// Stops of the histogram below and above 1.
 const STOPS: f64 = 64.0;
 
-/// What an environment is: ranges, means, energy and spectrum.
+/// Facts of an environment: ranges, means, energy and spectrum.
 #[derive(Debug, Clone)]
 pub struct EnvironmentFacts {
     /// Layout of the image.
@@ -50,19 +50,19 @@ pub struct EnvironmentFacts {
     pub shares: [f64; 4],
     /// Energy of each band of spherical harmonics.
     pub bands: Vec<f64>,
-    /// Suns beside the image.
+    /// Suns in addition to the image.
     pub disks: Vec<DiskLight>,
     /// Suns in the image, with their parts of its flux.
     pub suns: Vec<(DiskLight, f64)>,
-    /// What follows from it.
+    /// Advice that follows from these facts.
     pub advice: Vec<Advice>,
-    /// What was found while loading; `None` for a sky.
+    /// Report of loading the file; `None` for a sky.
     pub file: Option<Report>,
-    /// What the file is where it is a texture; the other facts are those of one of its levels.
+    /// Facts of the file where it is a texture; all other facts are those of one of its levels.
     pub texture: Option<TextureFacts>,
 }
 
-/// What a user may want to do; displays as one line.
+/// Advice to a user; displays as one line.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Advice {
     /// The data are not linear radiance of full range.
@@ -73,7 +73,7 @@ pub enum Advice {
     /// Much of the energy is in a small part of the sphere.
     #[error("{:.0} % of the energy is in 0.01 % of the sphere: a sun or a lamp. SH of few bands will ring, and sampling will be noisy", 100.0 * share)]
     Sharp {
-        /// Its part.
+        /// Share of the energy.
         share: f64,
     },
     /// Half floats would clip.
@@ -85,7 +85,7 @@ pub enum Advice {
     /// Few coefficients suffice for diffuse light.
     #[error("9 SH coefficients hold {:.0} % of the energy below band {BANDS}; diffuse lighting needs no more", 100.0 * part)]
     Smooth {
-        /// What they hold.
+        /// Their part of the flux.
         part: f64,
     },
     /// Nothing is brighter than 1.
@@ -94,7 +94,7 @@ pub enum Advice {
 }
 
 impl Session {
-    /// What an image or a sky is. `level` is that of a texture.
+    /// Facts of an image or a sky. `level` is that of a texture.
     pub fn inspect_light(
         &mut self,
         spec: &str,
@@ -282,8 +282,8 @@ fn direction(image: &SphereImage, k: usize) -> DVec3 {
     image.layout.direction(image.width, image.height, at).unwrap_or(DVec3::Y)
 }
 
-/// What a disk of unit radiance gives a floor, exact where it is wholly above the horizon: π sin²ρ
-/// sin(elevation).
+/// Irradiance of a floor by a disk of unit radiance, exact where the disk is wholly above the horizon: π
+/// sin²ρ sin(elevation).
 fn on_floor(disk: &DiskLight) -> f64 {
     std::f64::consts::PI * disk.angular_radius.sin().powi(2) * disk.direction.y.max(0.0)
 }

@@ -1,4 +1,4 @@
-//! What a mesh is.
+//! Facts of a mesh.
 
 use crate::{Error, Session, is_shape};
 use glam::Vec3;
@@ -9,7 +9,7 @@ use steradian_formats::mesh::{MaterialData, TextureRef, TextureSource};
 use steradian_render::FileMaterial;
 use steradian_scene::Mesh;
 
-/// What a mesh is: sizes, what its vertices have, and how closed it is.
+/// Facts of a mesh: sizes, attributes of its vertices, and how closed it is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshFacts {
     /// Meshes of the file.
@@ -80,7 +80,7 @@ pub fn is_mesh(what: &str) -> bool {
 }
 
 impl Session {
-    /// What a mesh file or a built-in shape is.
+    /// Facts of a mesh file or a built-in shape.
     pub fn inspect_mesh(&mut self, what: &str) -> Result<MeshFacts, Error> {
         if is_shape(what) {
             let mesh = self.mesh(what)?;
@@ -114,7 +114,7 @@ fn facts(mesh: &Mesh, parts: usize, materials: Vec<MaterialFacts>, notes: Vec<St
     }
 }
 
-/// Edges of one triangle only, and of more than two; vertices are the same where their positions are.
+/// Number of edges of one triangle only, and of more than two; vertices with equal positions count as one.
 fn edges(mesh: &Mesh) -> (usize, usize) {
     let mut of_position = HashMap::new();
     let same: Vec<u32> = mesh

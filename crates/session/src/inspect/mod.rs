@@ -1,4 +1,4 @@
-//! What inputs are.
+//! Facts of inputs.
 
 mod bake;
 mod brdf;

@@ -1,4 +1,4 @@
-//! What a file of probes is.
+//! Facts of a file of probes.
 
 use super::bake::{TensorFacts, tensors};
 use crate::{Error, Session};
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use steradian_light::Probes;
 
-/// What a light field is.
+/// Facts of a light field.
 #[derive(Debug)]
 pub struct ProbesFacts {
     /// The field.
@@ -17,14 +17,14 @@ pub struct ProbesFacts {
     pub mean: [f64; 3],
     /// Share of the coefficients' energy by band, over all probes.
     pub energy: Vec<f64>,
-    /// What the file holds.
+    /// Tensors in the file.
     pub tensors: Vec<TensorFacts>,
-    /// What it says of itself.
+    /// Metadata of the file.
     pub metadata: BTreeMap<String, String>,
 }
 
 impl Session {
-    /// What a file of probes is; `None` where `path` is something else.
+    /// Facts of a file of probes; `None` where `path` is something else.
     pub fn inspect_probes(&mut self, path: &Path) -> Result<Option<ProbesFacts>, Error> {
         let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"));
         if !named || !path.is_file() {

@@ -1,11 +1,11 @@
-//! What the files of reflectance transformation imaging hold: polynomial texture maps and light positions.
+//! Facts of the files of reflectance transformation imaging: polynomial texture maps and light positions.
 
 use crate::btf::Source;
 use crate::{Error, Session};
 use std::path::Path;
 use steradian_formats::{PtmTexels, read_lp, read_ptm};
 
-/// What a polynomial texture map is.
+/// Facts of a polynomial texture map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PtmFacts {
     /// Width in texels.
@@ -14,16 +14,16 @@ pub struct PtmFacts {
     pub height: usize,
     /// Its kind as the file names it.
     pub kind: &'static str,
-    /// Of each polynomial (luminance, or red, green and blue): smallest and largest of the coefficients of
+    /// For each polynomial (luminance, or red, green and blue): smallest and largest of the coefficients of
     /// u², v², uv, u, v and 1.
     pub polynomials: Vec<(&'static str, [(f32, f32); 6])>,
-    /// Smallest and largest of red, green and blue beside a polynomial of luminance.
+    /// Smallest and largest of red, green and blue, which a polynomial of luminance scales.
     pub color: Option<[(u8, u8); 3]>,
     /// What the record of a capture beside the file says of it.
     pub source: Option<Source>,
 }
 
-/// What a list of light positions is.
+/// Facts of a list of light positions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightPositionFacts {
     /// Photographs, each of one light.
@@ -50,7 +50,7 @@ pub fn is_lp(what: &str) -> bool {
 }
 
 impl Session {
-    /// What a polynomial texture map is.
+    /// Facts of a polynomial texture map.
     pub fn inspect_ptm(&mut self, path: &Path) -> Result<PtmFacts, Error> {
         let ptm = read_ptm(path, &self.limits())?;
         self.note_input(path);
@@ -77,7 +77,7 @@ impl Session {
         Ok(PtmFacts { width, height, kind, polynomials, color, source: Source::beside(path) })
     }
 
-    /// What a list of light positions is.
+    /// Facts of a list of light positions.
     pub fn inspect_lp(&mut self, path: &Path) -> Result<LightPositionFacts, Error> {
         let lights = read_lp(path, &self.limits())?;
         self.note_input(path);

@@ -1,4 +1,4 @@
-//! What of a reflectance one picture shows, and how far it keeps to reciprocity.
+//! Image slice of a reflectance, and its deviation from reciprocity.
 
 use glam::DVec3;
 use steradian_brdf::Brdf;
@@ -6,7 +6,7 @@ use steradian_formats::Raster;
 
 /// Pixels of a side: four a degree.
 const SIDE: usize = 360;
-/// Pairs of directions that reciprocity is measured at.
+/// Number of pairs of directions at which reciprocity is measured.
 const PAIRS: usize = 4096;
 
 /// The image slice (Burley 2012, *Physically Based Shading at Disney*, section 3): f, sr⁻¹, over the half
@@ -26,8 +26,8 @@ pub fn image_slice(brdf: &dyn Brdf) -> Raster {
     Raster::rgb(SIDE, SIDE, std::array::from_fn(|c| pixels.iter().map(|p| p[c]).collect()))
 }
 
-/// How far f(l, v) and f(v, l) differ: RMS over pairs of directions of the hemisphere, relative to that of f,
-/// both weighted by the product of the cosines. 0 for a black reflectance.
+/// Difference between f(l, v) and f(v, l): RMS over pairs of directions of the hemisphere, relative to that
+/// of f, both weighted by the product of the cosines. 0 for a black reflectance.
 pub fn reciprocity_error(brdf: &dyn Brdf) -> f64 {
     let (mut apart, mut all) = (0.0, 0.0);
     for k in 0..PAIRS {

@@ -1,4 +1,4 @@
-//! What a texture is: its container and format, its levels, and what it says of itself.
+//! Facts of a texture: its container and format, its levels, and its metadata.
 
 use crate::inputs::{Adjust, texture_map};
 use crate::{Error, Session};
@@ -7,7 +7,7 @@ use steradian_formats::{Container, Texels};
 use steradian_light::load::{LoadOptions, Profile};
 use steradian_verify::laws::Consumer;
 
-/// What a texture file is.
+/// Facts of a texture file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TextureFacts {
     /// Its container.
@@ -18,14 +18,14 @@ pub struct TextureFacts {
     pub faces: usize,
     /// Level by level.
     pub levels: Vec<LevelFacts>,
-    /// Whose files lie like this, where the file says so.
+    /// Name of the profile whose layout the file has, where the file says so.
     pub profile: Option<String>,
     /// Whose it is taken for, where the file does not say it and the caller does: `perceptual_roughness` and
     /// `kernel` follow from that.
     pub taken_for: Option<&'static str>,
     /// What its levels are convolved with, where the file or its profile says so.
     pub kernel: Option<String>,
-    /// All that it says: keys and values.
+    /// The file's metadata: keys and values.
     pub metadata: Vec<(String, String)>,
 }
 
@@ -45,7 +45,7 @@ pub struct LevelFacts {
 }
 
 impl Session {
-    /// What a texture is; `None` for other files.
+    /// Facts of a texture; `None` for other files.
     pub(super) fn inspect_texture(&self, spec: &str, adjust: &Adjust) -> Result<Option<TextureFacts>, Error> {
         let path = Path::new(spec);
         let Some(container) = Container::of_file(path) else { return Ok(None) };

@@ -1,4 +1,4 @@
-//! What a file of transfer is.
+//! Facts of a file of transfer.
 
 use super::bake::{TensorFacts, tensors};
 use crate::{Error, Session};
@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use steradian_transfer::Saved;
 
-/// What a file of transfer is.
+/// Facts of a file of transfer.
 #[derive(Debug)]
 pub struct TransferFacts {
-    /// Transfer and what it was made of.
+    /// Transfer and the inputs that it was made from.
     pub saved: Saved,
     /// Mean of ambient occlusion over all sites.
     pub mean_ao: f64,
@@ -17,14 +17,14 @@ pub struct TransferFacts {
     pub worst: [f64; 2],
     /// RMS over all sites of the estimated error of transfer vectors.
     pub rms: f64,
-    /// What the file holds.
+    /// Tensors in the file.
     pub tensors: Vec<TensorFacts>,
-    /// What it says of itself.
+    /// Metadata of the file.
     pub metadata: BTreeMap<String, String>,
 }
 
 impl Session {
-    /// What a file of transfer is; `None` where `path` is something else.
+    /// Facts of a file of transfer; `None` where `path` is something else.
     pub fn inspect_transfer(&mut self, path: &Path) -> Result<Option<TransferFacts>, Error> {
         let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"));
         if !named || !path.is_file() {

@@ -12,7 +12,7 @@ use steradian_render::Settings;
 use steradian_scene::Camera;
 use steradian_techniques::gpu::LightTables;
 
-/// Size of the image of a sky that moves; its sun is a disk beside it.
+/// Size of the image of a moving sky; its sun is a separate disk.
 const SKY_SIZE: (usize, usize) = (256, 128);
 
 /// A moving sky as a GPU has it.
@@ -31,7 +31,7 @@ impl MovingSky {
     }
 }
 
-/// What makes the objects of a [`Live`]'s renderer follow a [`MovingSky`].
+/// Filters by which the objects of a [`Live`]'s renderer follow a [`MovingSky`].
 pub struct Following(Vec<Follower>);
 
 impl Following {
@@ -84,7 +84,8 @@ impl Following {
         Ok(new)
     }
 
-    /// Turns what follows as uniforms: after they were written for another view.
+    /// Rotates the filtered light in the objects' uniforms; to be called after these were written for another
+    /// view.
     pub fn turn(&self, gpu: &Gpu, renderer: &Renderer, rotation: Mat3) -> Result<(), GpuError> {
         let mut all = self.0.iter().enumerate();
         all.try_for_each(|(object, f)| f.turn(gpu, renderer.technique(object)?, rotation))
@@ -92,8 +93,8 @@ impl Following {
 }
 
 impl Live {
-    /// Which data of each object of [`Live::gpu`] are filtered light; fails in words where other data depend
-    /// on the light too.
+    /// Data of each object of [`Live::gpu`] that are filtered light; fails with a message where other data
+    /// depend on the light too.
     pub fn light_tables(&self) -> Result<Vec<LightTables>, String> {
         let of = |k: usize| {
             let p = &self.materials[k];
@@ -110,7 +111,7 @@ impl Live {
         &self.names.light
     }
 
-    /// What is behind the objects under other lights.
+    /// Background of the objects under other lights.
     fn backdrop_of(&self, lights: &Lights, camera: Camera, height: usize) -> steradian_gpu::scene::Backdrop {
         let settings = Settings { height, ..self.scene.settings };
         let scene = Scene { settings, lights: lights.clone(), ..self.without_mesh() };

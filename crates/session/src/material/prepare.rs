@@ -1,4 +1,4 @@
-//! From a material to what shades it: the bake, the lights beside it, and their shadows.
+//! Preparation of a material for shading: the bake, lights in addition to it, and their shadows.
 
 #[cfg(feature = "gpu")]
 use super::Changed;
@@ -22,21 +22,21 @@ use steradian_techniques::direct::{Direct, Suns, split};
 use steradian_techniques::local::{self, LocalBake, LocalFrame, LocalLights, LocalShading};
 use steradian_techniques::{AnyBake, AnyTechnique, BakeError, Geometry, Points, Radiance, View};
 
-/// The light and the view of a picture, and the accuracy asked of it.
+/// The light and the view of a picture, and its tolerance.
 #[derive(Clone, Copy)]
 pub(crate) struct Under<'a> {
     pub lights: &'a Lights,
     pub camera: &'a Camera,
     pub tolerance: Option<f64>,
-    /// What techniques with sites bake on.
+    /// Scene whose mesh techniques with sites bake on.
     pub scene: &'a crate::Scene,
-    /// Which of its vertices are sites.
+    /// Selection of vertices that are sites.
     pub sites: &'a Sited,
 }
 
 impl Under<'_> {
-    /// The mesh with the materials of its slots, where a technique `bakes_on` it: the mean of a base colour
-    /// multiplies the albedo of what reflects.
+    /// The mesh with the materials of its slots, where a technique `bakes_on` it; the mean of a base colour
+    /// multiplies the albedo of a reflecting surface.
     fn geometry(&self, bakes_on: bool) -> Option<Geometry> {
         let slot = |m: &Material| {
             let plain = steradian_techniques::Material::new(m.brdf.clone());
@@ -153,7 +153,7 @@ impl Session {
         let Some(local) = material.local.as_ref().filter(|_| matches!(method, Method::Technique(_))) else {
             return Ok(None);
         };
-        // Its bumps are all light's.
+        // Its bumps apply to all light.
         let unlit = under.lights.directionals.is_empty() && under.lights.points.is_empty();
         if unlit && !local.has_bumps() {
             return Ok(None);
@@ -165,8 +165,8 @@ impl Session {
         local.bake(&material.brdf, material.maps.normal.as_deref(), geometry, &task).map(Some)
     }
 
-    /// `before` with what changed of its light or its reflectance: only those factors are baked again. A
-    /// preview measures no error.
+    /// `before` with its changed light or reflectance: only the factors that depend on these are baked again.
+    /// The error of a preview is not measured.
     #[cfg(feature = "gpu")]
     pub(crate) fn rebaked(
         &self,
@@ -241,7 +241,7 @@ impl Session {
         }
     }
 
-    /// Tells what of a material's maps its technique leaves out.
+    /// Reports the maps of a material that its technique ignores.
     pub(crate) fn tell_left_out(&self, p: &Prepared) {
         let what = p.left_out();
         if !what.is_empty() {
@@ -285,7 +285,7 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
     })
 }
 
-/// Why point lights are refused beside data per texel.
+/// Message that refuses point lights for a technique with data per texel.
 pub(crate) const ONE_REFLECTANCE: &str = "point lights beside it have one reflectance everywhere: give a --local technique with data per texel, or leave them out";
 
 /// No radiance.
@@ -298,7 +298,7 @@ impl Shader for Black {
     }
 }
 
-/// Only what is part of a technique's data is filtered by maps, and varies with planes.
+/// Maps and planes apply only to light in a technique's data, so with these suns are folded into it.
 fn suns(material: &Material, usual: Suns) -> Suns {
     if material.maps.is_empty() && material.planes.is_empty() { usual } else { Suns::Fold }
 }
@@ -335,13 +335,13 @@ fn link(
     }
 }
 
-/// Lights beside a bake, and what shadows them.
+/// Lights in addition to a bake, and their shadows.
 struct OtherLights {
     direct: Direct,
-    /// Those of a technique of their own.
+    /// The part of these lights that a separate technique shades.
     local: Option<(Arc<dyn LocalBake>, Arc<dyn LocalShading>)>,
     shadows: Option<Arc<dyn Blocker>>,
-    /// The share of all light that arrives, where rays over the lobe shadow what of it the bake has.
+    /// Share of the bake's light that arrives, where rays over the lobe shadow it.
     lobe: Option<Arc<LobeShadow>>,
 }
 
@@ -408,7 +408,7 @@ pub(super) fn surface(material: &Material, shader: Arc<dyn Shader>) -> Surface {
     Surface { shader, base_colour: material.base_colour.clone(), maps: material.maps.clone() }
 }
 
-/// Where the viewer is; far away where all rays are parallel.
+/// Position of the viewer; far away where all rays are parallel.
 fn eye(camera: &Camera) -> Vec3 {
     const FAR: f32 = 1e6;
     match *camera {

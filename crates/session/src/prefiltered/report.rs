@@ -20,7 +20,7 @@ fn kernel_json(k: Kernel) -> Value {
     })
 }
 
-/// Where the light of world direction (x, y, z) is found.
+/// The map from world directions (x, y, z) to the file's directions, as JSON.
 fn turn_json(turn: &Orientation) -> Value {
     match turn {
         Orientation::Axes(g) => {
@@ -80,12 +80,12 @@ fn kind(f: &Fault) -> &'static str {
 }
 
 impl Verified {
-    /// What is wrong, in sentences.
+    /// Faults, in sentences.
     pub fn faults(&self) -> Vec<String> {
         self.findings().iter().map(ToString::to_string).collect()
     }
 
-    /// What is said of the file as JSON.
+    /// Report as JSON.
     pub fn document(&self) -> Value {
         let r = &self.report;
         let worst = r.worst();
@@ -105,7 +105,7 @@ impl Verified {
         })
     }
 
-    /// The same in words.
+    /// Report in words.
     pub fn text(&self) -> String {
         let mut out = format!(
             "profile {}; per level: what it holds (what is expected), factor, relative RMS error against what is\n\

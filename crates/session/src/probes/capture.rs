@@ -17,14 +17,14 @@ use steradian_transfer::Store;
 /// Where light is captured.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Where {
-    /// So many along x, y and z, between two corners; without them in the middles of equal parts of the
-    /// scene's bounds.
+    /// Numbers of probes along x, y and z, between two corners; without corners at the centres of equal parts
+    /// of the scene's bounds.
     Grid([u32; 3], Option<[DVec3; 2]>),
     /// At given points.
     Points(Vec<DVec3>),
 }
 
-/// What is captured.
+/// Request for a capture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
     /// Where.
@@ -39,7 +39,7 @@ pub struct Request {
     pub seed: u64,
     /// Rows of a lat-long image of each probe, and the paths of its texels.
     pub image: Option<(usize, u32)>,
-    /// Where the result goes: finished probes are kept beside it until it is there.
+    /// Output file; finished probes are kept next to it until it is written.
     pub output: Option<PathBuf>,
 }
 
@@ -71,7 +71,7 @@ pub struct Captured {
 }
 
 impl Captured {
-    /// How many probes are inside solids.
+    /// Number of probes inside solids.
     pub fn inside(&self) -> usize {
         self.field.light.iter().filter(|l| l.is_none()).count()
     }
@@ -85,10 +85,10 @@ const PATHS: [u32; 2] = [256, 1 << 20];
 const ROWS: usize = 1024;
 
 impl Session {
-    /// The light that arrives at places of a scene: distant light where nothing hides it, and what surfaces
-    /// reflect, by paths. Probes that mostly see surfaces from behind are inside solids and are left out.
-    /// Paths are doubled until each probe is as quiet as asked; the same bits whatever the number of threads,
-    /// and after an interruption.
+    /// The light that arrives at places of a scene: unoccluded distant light, and light reflected by
+    /// surfaces, by path tracing. Probes that mostly see surfaces from behind are inside solids and are left
+    /// out. The number of paths is doubled until each probe's noise is at most that of the request. The bits
+    /// do not depend on the number of threads, nor on interruptions.
     pub fn capture(&mut self, scene: &Scene, request: &Request) -> Result<Outcome<Captured>, Error> {
         let start = Instant::now();
         refuse(scene)?;
@@ -115,7 +115,7 @@ impl Session {
         let (known, paths) = self.estimates(&stage, &positions, request, store.as_ref())?;
         let open: Vec<usize> = (0..known.len()).filter(|k| !known[*k].inside()).collect();
         if open.is_empty() {
-            // Nothing of them is worth going on from.
+            // The finished parts are of no use to a later run.
             store.map_or(Ok(()), Store::finish)?;
             return Err(Error::input(format!(
                 "all {} probes are inside solids: they see surfaces from behind, or nothing but black; move them, or \
@@ -146,7 +146,7 @@ impl Session {
         Ok(Outcome::new(done, Some(request.noise), noise))
     }
 
-    /// Refuses what cannot be computed, or kept in memory.
+    /// Refuses requests that cannot be computed, or kept in memory.
     fn check_capture(&self, r: &Request) -> Result<(), Error> {
         let [x, y, z] = match &r.at {
             Where::Grid(n, _) => n.map(u64::from),
@@ -190,7 +190,7 @@ impl Session {
             ((0..positions.len()).collect::<Vec<_>>(), PATHS[0], 0, 0);
         while !open.is_empty() && samples <= PATHS[1] {
             let some: Vec<DVec3> = open.iter().map(|k| positions[*k]).collect();
-            // Rounds have random numbers of their own.
+            // Each round has its own random numbers.
             let options = PathOptions { bounces: r.bounces, samples, seed: r.seed.wrapping_add(round << 48) };
             let kept = Parts::new(store, round as u32, r.bands * r.bands);
             let new = stage.with_scene(|s| trace_probes(s, &some, r.bands, options, &kept, &self.task))?;

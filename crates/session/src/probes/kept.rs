@@ -1,4 +1,4 @@
-//! What an interrupted capture has finished, beside its output.
+//! Finished parts of an interrupted capture, kept next to its output.
 
 use super::Request;
 use crate::{Error, Scene};
@@ -128,7 +128,7 @@ fn key(scene: &Scene, r: &Request) -> String {
     Input::of(Path::new(""), &bytes).sha256
 }
 
-/// The file beside the output of a capture.
+/// The file next to the output of a capture.
 pub(super) fn store(scene: &Scene, r: &Request) -> Result<Option<Store>, Error> {
     Ok(r.output.as_deref().map(|path| Store::open(path, &key(scene, r))).transpose()?)
 }
@@ -143,7 +143,7 @@ mod tests {
     use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
     use steradian_base::{Progress, Task};
 
-    /// Asks to stop after so many probes.
+    /// Cancels after a number of probes.
     struct Stop {
         left: AtomicU64,
         flag: Arc<AtomicBool>,
@@ -161,8 +161,8 @@ mod tests {
         fn end(&self) {}
     }
 
-    /// What is captured after an interruption, wherever it came, is what is captured at once; another request
-    /// begins anew.
+    /// A capture that was interrupted, wherever that was, and resumed equals one without an interruption;
+    /// another request starts from the beginning.
     #[test]
     fn an_interrupted_capture_goes_on() {
         let folder = tempfile::tempdir().expect("a folder");

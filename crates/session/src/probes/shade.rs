@@ -1,5 +1,5 @@
-//! Shading under a light field: radiance is linear in the light, so that the radiance of a point is the mean,
-//! with the weights of its probes, of what each of their lights gives.
+//! Shading under a light field: radiance is linear in the light, so that the radiance of a point is the mean
+//! of its radiance under the light of each probe around it, with the probes' weights.
 
 use crate::eval::{Answers, Points as At, Request};
 use crate::material::{PICTURE_TOLERANCE, Under};
@@ -17,7 +17,7 @@ use steradian_techniques::{Points, PointsBuf, Radiance};
 /// Shading by a light field.
 struct FieldShader {
     field: Arc<Probes>,
-    /// Of each probe that is needed.
+    /// A shader for each probe that is needed.
     shaders: Vec<Option<Arc<dyn Shader>>>,
 }
 
@@ -65,7 +65,7 @@ fn lights(probe: &Probe) -> Lights {
     Lights::from(probe.environment())
 }
 
-/// Refuses what has a light of its own.
+/// Refuses methods that have a light of their own.
 pub(crate) fn has_no_light(method: &Method) -> Result<(), Error> {
     if matches!(method, Method::Path | Method::File(_)) {
         let why = "has its own light: leave probes out, or name a technique";
@@ -74,15 +74,15 @@ pub(crate) fn has_no_light(method: &Method) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses a light field for what needs one light.
+/// Refuses a light field where a single light is needed.
 pub(crate) fn refuse(scene: &Scene) -> Result<(), Error> {
     let why = "light fields are shaded by render, eval and compare alone: leave probes out, or choose another light";
     if scene.probes.is_some() { Err(Error::usage(why)) } else { Ok(()) }
 }
 
 impl Session {
-    /// The scene under the mean of its light field around its surfaces, which stands for the field where
-    /// techniques are chosen and refuse; the scene as it is where it has none.
+    /// The scene under the mean of its light field around its surfaces, by which techniques are chosen and
+    /// accept or refuse it; the scene itself where it has no light field.
     pub(crate) fn in_mean_light<'a>(&self, scene: &'a Scene) -> Result<Cow<'a, Scene>, Error> {
         let Some(field) = &scene.probes else { return Ok(Cow::Borrowed(scene)) };
         if self.backend == Backend::Gpu {
@@ -162,7 +162,7 @@ impl Session {
             self.task.advance(1);
         }
         let shader = Arc::new(FieldShader { field: field.clone(), shaders });
-        // The reference was asked for an error at each point.
+        // The reference's tolerance applies to each point.
         let asked = scene.tolerance.unwrap_or(PICTURE_TOLERANCE);
         let certificate = certificate.unwrap_or_else(|| Certificate::new(asked, Evidence::Estimated));
         let certificate = Some(certificate).map(|c| c.detail("probes", needed.len() as f64));
@@ -207,7 +207,7 @@ fn needed(field: &Probes, scene: &Scene) -> Result<Vec<usize>, Error> {
     if needed.is_empty() { Err(Error::input(NONE)) } else { Ok(needed) }
 }
 
-/// Keeps the certificate of the larger error: a mean errs by no more than its parts.
+/// Keeps the certificate of the larger error: the error of a mean is at most that of its parts.
 fn worse(kept: &mut Option<Certificate>, other: &Certificate) {
     if kept.as_ref().is_none_or(|k| k.error < other.error) {
         *kept = Some(other.clone());

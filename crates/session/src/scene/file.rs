@@ -1,4 +1,4 @@
-//! Scene files: what they refer to is loaded here.
+//! Scene files: loading of the files that they refer to.
 
 use super::{complete, make_tangents};
 use crate::inputs::{self, Adjust, Method};
@@ -13,15 +13,15 @@ use steradian_render::scenefile::{At, MeshSource, SceneMaterial, SceneMesh};
 use steradian_render::{SceneFile, Settings, SurfaceMaps};
 use steradian_scene::Mesh;
 
-/// A thousand meshes with materials of their own take a tenth of it.
+/// Largest size of a scene file; a thousand meshes with materials of their own take a tenth of it.
 const MAX_BYTES: u64 = 4 << 20;
 
-/// What a caller changes in a scene file.
+/// Values of a scene file that the caller overrides.
 #[derive(Clone, Default)]
 pub struct SceneOverrides {
-    /// Another light.
+    /// Another light in place of the file's.
     pub environment: Option<String>,
-    /// How the light is turned and scaled on top of what the file says.
+    /// Rotation and scale of the light in addition to the file's.
     pub adjust: Adjust,
     /// A technique, or the reference, for every material.
     pub method: Option<Method>,
@@ -81,7 +81,7 @@ fn scene(path: &Path, overrides: &SceneOverrides, session: &mut Session) -> Resu
         let read = below(&folder, &name.value).and_then(|p| session.probes(&p));
         located(&file, name, read).map(Arc::new)
     };
-    // Another environment than the file's stands for its light.
+    // An environment from the caller replaces the file's probes as well.
     let named = file.light.probes.as_ref().filter(|_| overrides.environment.is_none());
     let probes = named.map(|name| field(name, session)).transpose()?;
     Ok(Scene {
@@ -96,7 +96,7 @@ fn scene(path: &Path, overrides: &SceneOverrides, session: &mut Session) -> Resu
     })
 }
 
-/// Errors of what the file refers to point at the place that refers to it.
+/// Adds to errors of a file the place in the scene file that refers to it.
 fn located<T, V>(file: &SceneFile, at: &At<V>, result: Result<T, Error>) -> Result<T, Error> {
     result.map_err(|e| match e.kind() {
         Kind::Failed => e,
@@ -113,7 +113,7 @@ pub(crate) fn below(folder: &Path, name: &str) -> Result<PathBuf, Error> {
 /// [`inputs::light_files`] takes them.
 fn environment(folder: &Path, name: &str) -> Result<Vec<PathBuf>, Error> {
     let files = inputs::light_files(&below(folder, name)?, |part| below(folder, part), name)?;
-    // A pattern has become the names of files, which may be links.
+    // A pattern was expanded to files, any of which may be a link.
     for file in &files {
         let inside = file.strip_prefix(folder).unwrap_or(file);
         below(folder, &inside.to_string_lossy())?;

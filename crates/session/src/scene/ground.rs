@@ -5,11 +5,11 @@ use glam::{Vec2, Vec3};
 use steradian_scene::{Camera, Mesh};
 use steradian_sphere::Frame;
 
-/// Triangles about the middle.
+/// Number of triangles around the centre.
 const SECTORS: usize = 64;
-/// Times the object's radius that the plane reaches at least.
+/// Least radius of the plane, in radii of the object.
 const LEAST: f32 = 64.0;
-/// The part of a pixel that stays free below the horizon.
+/// Gap between the plane's edge and the horizon, in pixels.
 const GAP: f32 = 0.25;
 
 /// The plane across the camera's up direction that touches the lowest point of `mesh`, in rings of doubling

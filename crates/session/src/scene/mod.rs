@@ -31,7 +31,7 @@ pub struct Scene {
     pub mesh: Mesh,
     /// One per slot.
     pub materials: Vec<Material>,
-    /// What a plane under the mesh is made of, which reaches to the horizon.
+    /// Material of a plane under the mesh, which extends to the horizon.
     pub ground: Option<Material>,
     /// The lights.
     pub lights: Lights,
@@ -41,20 +41,21 @@ pub struct Scene {
     pub settings: Settings,
     /// Exposure value before tone mapping; `None` is automatic.
     pub exposure: Option<f32>,
-    /// How radiance becomes a display's colours.
+    /// Tone mapper, from radiance to the display's colours.
     pub tone_mapper: ToneMapper,
-    /// What is seen beside the mesh.
+    /// Background where no surface is visible.
     pub background: SceneBackground,
-    /// Relative RMS error of radiance that is asked for.
+    /// Largest relative RMS error of radiance.
     pub tolerance: Option<f64>,
-    /// Light that varies over space, which surfaces get in place of `lights`; these are seen beside them.
+    /// Light that varies over space. Surfaces are lit by it in place of `lights`, which remain the
+    /// background.
     pub probes: Option<Arc<Probes>>,
     /// Transfer of the mesh that a file holds ([`Session::saved_transfer`]), in place of rays for techniques
     /// that bake on it.
     pub transfer: Option<Arc<Saved>>,
 }
 
-/// Vertical field of view of cameras that are not given, degrees.
+/// Default vertical field of view, degrees.
 pub const FOV: f32 = 32.0;
 
 impl Scene {
@@ -100,11 +101,11 @@ impl Scene {
         camera.ok_or_else(|| Error::input("the mesh has no triangles"))
     }
 
-    /// The scene with its ground as part of the mesh, for a camera; with vertices as near to each other as
-    /// `sited` asks for where shadows and reflections vary between them.
+    /// The scene with its ground as part of the mesh, for a camera; where shadows and interreflection are
+    /// interpolated between vertices, subdivided to the spacing that `sited` gives.
     pub(crate) fn staged(&self, camera: &Camera, sited: &Sited, task: &Task) -> Result<Cow<'_, Self>, Error> {
         let scene = self.grounded(camera);
-        // What is known of its vertices is known of no others.
+        // Transfer read from a file belongs to the vertices as they are, so the mesh is not subdivided.
         let Some(coarsest) = sited.spacing.filter(|_| self.transfer.is_none()) else { return Ok(scene) };
         let mut scene = scene.into_owned();
         let refinement = Refinement { coarsest, ..Refinement::default() };
@@ -112,7 +113,7 @@ impl Scene {
         Ok(Cow::Owned(scene))
     }
 
-    /// Where its own techniques bake at vertices. Those that are chosen do so nowhere.
+    /// The slots whose own techniques bake at vertices. Techniques that the session chooses bake at none.
     pub(crate) fn sited(&self) -> Sited {
         let all = || self.materials.iter().chain(&self.ground);
         let own = |m: &Material| spacing(m.method.as_ref()?, &m.params);
@@ -130,12 +131,12 @@ impl Scene {
         }
     }
 
-    /// The same of those for directional and point lights.
+    /// Largest distances between vertices for the techniques of local light.
     fn local_spacings(&self) -> impl Iterator<Item = f32> {
         self.materials.iter().chain(&self.ground).filter_map(|m| m.local.as_ref()?.spacing())
     }
 
-    /// The same where all materials are shaded by each of `methods`.
+    /// [`Scene::sited`] where all materials are shaded by each of `methods`.
     pub(crate) fn sited_by(&self, methods: &[Method]) -> Sited {
         let all = self.materials.iter().chain(&self.ground);
         let each = all.flat_map(|m| methods.iter().filter_map(|by| spacing(by, &given_to(by, &m.params))));
@@ -163,10 +164,11 @@ impl Scene {
     }
 }
 
-/// Where techniques bake at vertices of a scene.
+/// Material slots whose techniques bake at vertices of a scene, and the spacing of these.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sited {
-    /// How far apart these lie at most near the object, over its diagonal; `None`: as they were modelled.
+    /// Largest distance between vertices near the object, relative to its diagonal; `None`: as they were
+    /// modelled.
     pub spacing: Option<f32>,
     /// The slots of the mesh, the ground's behind all others; `None`: all.
     pub slots: Option<Arc<[u32]>>,
@@ -182,7 +184,7 @@ impl Sited {
     }
 }
 
-/// How far apart vertices lie at most for a technique that bakes shadows at them.
+/// Largest distance between vertices for a technique that bakes shadows at them.
 fn spacing(method: &Method, params: &ParamValues) -> Option<f32> {
     match method {
         Method::Technique(t) if t.self_shadowing(params) => Some(t.spacing()),
@@ -190,7 +192,7 @@ fn spacing(method: &Method, params: &ParamValues) -> Option<f32> {
     }
 }
 
-/// Of parameters that are given for several techniques those that one has.
+/// Of parameters given for several techniques, those that this one has.
 pub(crate) fn given_to(method: &Method, params: &ParamValues) -> ParamValues {
     let mut own = params.clone();
     if let Method::Technique(t) = method {

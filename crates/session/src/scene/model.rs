@@ -1,4 +1,4 @@
-//! Meshes with what their files say of their materials.
+//! Meshes with the materials in their files.
 
 use crate::Error;
 use crate::Session;
@@ -14,7 +14,7 @@ use steradian_sphere::Frame;
 pub struct Model {
     /// The geometry.
     pub mesh: Mesh,
-    /// What the file says, by slot.
+    /// Materials in the file, by slot.
     pub materials: Vec<FileMaterial>,
 }
 
@@ -92,7 +92,7 @@ fn place_textures(loaded: &mut Loaded) {
     }
 }
 
-/// Gives every mesh what any of them has: a merged mesh keeps only what all have.
+/// Gives every mesh the vertex attributes that any of them has: a merged mesh keeps only those that all have.
 pub fn complete(meshes: &mut [Mesh]) {
     let tangents = meshes.iter().any(|m| !m.tangents.is_empty());
     let uvs = meshes.iter().any(|m| !m.uvs.is_empty());
@@ -107,7 +107,7 @@ pub fn complete(meshes: &mut [Mesh]) {
     }
 }
 
-/// Renumbers the material slots so that every one is used; returns what each was.
+/// Renumbers the material slots so that every one is used; returns the old number of each.
 fn compact(mesh: &mut Mesh) -> Vec<u32> {
     mesh.materials.resize(mesh.triangles.len(), 0);
     let mut used = mesh.materials.clone();

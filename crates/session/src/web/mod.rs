@@ -11,21 +11,21 @@ use steradian_light::Lights;
 /// Why a build without the feature `web` fails.
 const WITHOUT: &str = "this build writes no pages: build with --features web";
 
-/// What a page shows.
+/// Contents of a page.
 pub struct Request {
-    /// Geometry, materials, camera, and the size of the pictures. Its lights are not looked at.
+    /// Geometry, materials, camera, and the size of the pictures. Its lights are ignored.
     pub scene: Scene,
     /// Lights by name, at least one.
     pub lights: Vec<(String, Lights)>,
-    /// Techniques to choose from, each for the materials that it takes; empty for what the scene says.
+    /// Techniques to choose from, each for the materials that it accepts; where empty, those of the scene.
     pub methods: Vec<Method>,
-    /// What the heat map and the errors are measured against.
+    /// The reference for the heat map and the errors.
     pub truth: Truth,
     /// Heading.
     pub title: String,
 }
 
-/// What techniques are held against.
+/// The reference that techniques are compared with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Truth {
     /// Nothing.
@@ -45,8 +45,8 @@ pub struct Written {
 }
 
 impl Session {
-    /// Bakes what a page shows and writes it to a folder. Where the scene asks for an accuracy, the
-    /// certificates are held against it. Without the feature `web` it fails.
+    /// Bakes the contents of a page and writes it to a folder. Where the scene has a tolerance, the
+    /// certificates are compared with it. Without the feature `web` it fails.
     pub fn export_web(&mut self, request: &Request, folder: &Path) -> Result<Outcome<Written>, Error> {
         #[cfg(feature = "web")]
         return self.write_page(request, folder);
@@ -57,7 +57,7 @@ impl Session {
         }
     }
 
-    /// Fails where this build writes no pages: asked before the work.
+    /// Fails where this build cannot write pages. To be called before the work.
     pub fn check_web(&self) -> Result<(), Error> {
         match cfg!(feature = "web") {
             true => Ok(()),

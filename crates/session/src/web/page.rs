@@ -17,7 +17,7 @@ use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, GpuTechnique};
 use steradian_web::{File, Light, Numbers, Page, Reference, Technique, Variant, WebError};
 
-/// Texels around a page's backdrop: what it weighs is mostly that.
+/// Width, texels, of the backdrop's image in a page, which is most of the page's size.
 const BACKDROP: f64 = 512.0;
 
 impl From<WebError> for Error {
@@ -38,8 +38,8 @@ struct Lit<'a> {
 }
 
 impl Session {
-    /// Bakes what a page shows and writes it to a folder. Where the scene asks for an accuracy, the
-    /// certificates are held against it.
+    /// Bakes the contents of a page and writes it to a folder. Where the scene has a tolerance, the
+    /// certificates are compared with it.
     pub(super) fn write_page(&mut self, request: &Request, folder: &Path) -> Result<Outcome<Written>, Error> {
         let page = self.web_page(request)?;
         let files = steradian_web::files(&page)?;
@@ -203,7 +203,7 @@ impl Session {
         Ok(Some(out.into_iter().flatten().collect()))
     }
 
-    /// The CPU's picture of what a browser can draw.
+    /// The CPU's picture, for checking browsers' pictures.
     fn web_film(&self, prepared: &[Prepared], lit: &Lit<'_>) -> Result<Film, Error> {
         let without = prepared.iter().find(|p| p.bake.is_none());
         if let Some(p) = without {
@@ -221,7 +221,7 @@ impl Session {
         finite(film)
     }
 
-    /// The picture of what is true, and its noise.
+    /// The reference's picture, and its noise.
     fn web_truth(&self, truth: Truth, lit: &Lit<'_>) -> Result<Option<(Film, f64)>, Error> {
         let scene = lit.scene;
         let settings = Settings { inner: 1, share: true, ..scene.settings };
@@ -264,7 +264,7 @@ impl Lit<'_> {
     }
 }
 
-/// A material's technique, in which levels of filtered light that nothing looks up are black.
+/// A material's technique; levels of filtered light that are never looked up are black.
 fn lean(p: &Prepared) -> Option<GpuTechnique> {
     let mut out = technique(p)?;
     if let Some(tables) = p.light_tables() {
@@ -282,7 +282,7 @@ fn refusal(t: &dyn AnyTechnique, scene: &Scene) -> Option<String> {
     why
 }
 
-/// Refuses what no browser can shade.
+/// Refuses methods that browsers cannot shade.
 fn refuse(methods: &[Method]) -> Result<(), Error> {
     for m in methods {
         match m {

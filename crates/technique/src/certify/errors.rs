@@ -1,45 +1,48 @@
-//! What was measured of a technique's error, and the certificate of it.
+//! The measured error of a technique, and the certificate that states it.
 
 use super::Report;
 use steradian_base::{Certificate, Elevation, Evidence, Spread};
 
-/// What the error is, in a certificate's words.
+/// Definition of the stated error where it was measured, as certificates print it.
 const METRIC: &str = "relative RMS error of outgoing radiance, normals uniform over the sphere, views uniform in \
                       solid angle over the hemisphere";
-/// The same where nothing was measured.
+/// Definition of the stated error where it was computed from spectra and nothing was measured.
 pub(super) const COMPUTED: &str =
     "relative RMS error of outgoing radiance, computed from the spectra of light and reflectance";
 
-/// Belts of view elevations of which errors are stated, degrees from the normal.
+/// Ranges of the view's angle from the normal, degrees, for each of which a certificate states an error.
 const BELTS: [[f64; 2]; 5] = [[0.0, 30.0], [30.0, 60.0], [60.0, 75.0], [75.0, 85.0], [85.0, 90.0]];
-/// The same beside errors that a technique computed: views beyond the last of them.
+/// A further range of angles, degrees. Where a technique computed its errors by angle, the certificate lists
+/// those, and the error measured in this range after them: computed angles end before the horizon.
 const LAST: [f64; 2] = [88.0, 90.0];
-/// Where less than this part of the mean radiance is seen, errors of single points are relative to that.
+/// Where the exact radiance is below this part of its mean, the error of a single point is relative to that
+/// part of the mean, so that dark points do not decide the distribution.
 const DARK: f64 = 1e-3;
 
-/// What was measured of a technique's shading.
+/// The measured errors of a technique's shading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
     /// Relative RMS error over all views, two standard errors above the measured one.
     pub all: f64,
-    /// The same over views to 30°, 60°, 75°, 85° and 90° off the normal, each belt without those before it.
+    /// Error, as in `all`, of the views of each range 0–30°, 30–60°, 60–75°, 75–85° and 85–90° off the
+    /// normal.
     pub belts: [f64; 5],
-    /// The same over views from 88° to 90° off the normal.
+    /// Error, as in `all`, of the views from 88° to 90° off the normal.
     pub last: f64,
-    /// What single points err by.
+    /// Distribution of the error over single points.
     pub spread: Spread,
     /// The measured error itself.
     pub mean: f64,
-    /// One standard error below it.
+    /// The measured error less one standard error.
     pub least: f64,
     /// Negative radiance that was shaded, relative to all that was shaded.
     pub negative: f64,
 }
 
 impl Errors {
-    /// The certificate of a technique that says this of itself. What it computed of its error stands where
-    /// that lies between one standard error below the measured error and the upper bound, else the nearer of
-    /// the two does.
+    /// The certificate of a technique that reports `report`. An error that the technique computed itself is
+    /// stated where it lies between one standard error below the measured error and two above it
+    /// ([`Self::least`], [`Self::all`]); else the nearer of these two bounds is stated.
     pub fn certificate(&self, report: &Report) -> Certificate {
         let computed = report.estimate.as_ref();
         let error = computed.map_or(self.all, |e| e.error.max(self.least).min(self.all));
@@ -78,7 +81,7 @@ impl Errors {
     }
 }
 
-/// What was seen at a probe.
+/// One evaluated probe.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ProbeSample {
     pub weight: f64,
@@ -96,7 +99,8 @@ impl ProbeSample {
     }
 }
 
-/// R (the squared error itself where everything is black), and the energy that it is relative to.
+/// R of the samples (the squared error itself where everything is black), and the energy that R is relative
+/// to.
 pub(super) fn ratio(samples: &[&ProbeSample]) -> (f64, f64) {
     let [error, energy] =
         samples.iter().map(|l| l.squares()).fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
@@ -124,7 +128,8 @@ fn bound(samples: &[&ProbeSample], sigmas: f64) -> f64 {
     (ratio + sigmas * sigma).max(0.0).sqrt()
 }
 
-/// What single points err by.
+/// Quantiles of the relative error of single points, the mean error in stops, and the share of the squared
+/// error that the worst hundredth of the points holds.
 fn spread(samples: &[&ProbeSample]) -> Spread {
     let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let luminance = |v: [f64; 3]| 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2];

@@ -28,7 +28,7 @@ use steradian_parallel::prelude::*;
 use steradian_prefilter::{Tree, angular};
 use steradian_sphere::Frame;
 
-/// Probe points of each kind, and the fewest where each is expensive; powers of two.
+/// Number of probes of each kind, and the fewest where each is expensive to evaluate; powers of two.
 const PROBES: usize = 256;
 const FEWEST: usize = 16;
 /// Evaluations of the reflectance that all probes together may take, about: some three processor seconds.
@@ -58,8 +58,8 @@ pub fn measurable(brdf: &dyn Brdf) -> Result<(), String> {
     ))
 }
 
-/// Probes of a closed form, where each costs next to nothing: so many that lamps of some degrees are met by
-/// many.
+/// Number of probes of a closed form, which costs almost nothing to evaluate: enough that many of them see a
+/// lamp of some degrees.
 const LIMIT_PROBES: usize = 1 << 16;
 
 /// Where f_cos(·, wo) is concentrated.
@@ -84,7 +84,7 @@ pub struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// The model of a reflectance that nobody else keeps.
+    /// The model of a reflectance that it owns.
     pub fn owned(brdf: SharedBrdf) -> Self {
         let (whole, other) = (brdf.domain() == Domain::Sphere, brdf.clone());
         Self {
@@ -114,18 +114,19 @@ impl<'a> Model<'a> {
     }
 }
 
-/// What shading is held against.
+/// The exact radiance that shading is compared with.
 pub enum Target<'a> {
-    /// The integral of a reflectance with the light as it came.
+    /// The integral of a reflectance under the light as it was given.
     Integral(Model<'a>),
-    /// The same of one that varies: texture coordinates, and the reflectance there. At least one.
+    /// The integral of a reflectance that varies over the surface: texture coordinates, and the reflectance
+    /// there. At least one.
     Places(Vec<([f32; 2], Model<'a>)>),
     /// A reflectance so sharp that its integral has a closed form: radiance of a frame towards a local view.
     Limit(Exact<'a>),
 }
 
 impl Target<'_> {
-    /// What `shade` errs by, over normals and views.
+    /// The errors of `shade` against this target, over normals and views.
     pub fn errors(&self, tree: &Tree, task: &Task, shade: Shade<'_>) -> Result<Errors, Cancelled> {
         match self {
             Self::Integral(m) => {
@@ -182,7 +183,8 @@ impl Ridge {
         Self { axis: frame.to_world(axis), angle, width }
     }
 
-    /// Over which angle it varies at `d`: its width there, and the more the farther away.
+    /// Angle, radians, over which the lobe varies noticeably at direction `d`: its width near the ridge,
+    /// growing with the angular distance from the ridge.
     fn distance(&self, d: DVec3) -> f64 {
         let angle = angular::angle(0.5 * self.axis.distance(d)) - self.angle;
         // Tails fall like a power of the angle: they vary over a fraction of it.
@@ -190,8 +192,8 @@ impl Ridge {
     }
 }
 
-/// How many probes of each kind [`EVALUATIONS`] allow. Fewer of them make the stated error an upper one all
-/// the same.
+/// Number of probes of each kind that stay within [`EVALUATIONS`]. With fewer probes the stated error is
+/// still an upper bound, only a looser one.
 fn affordable(tree: &Tree, m: &Model<'_>, task: &Task) -> Result<usize, Cancelled> {
     let evaluations = AtomicU64::new(0);
     let count = |_, _| {
@@ -214,8 +216,8 @@ fn affordable(tree: &Tree, m: &Model<'_>, task: &Task) -> Result<usize, Cancelle
     Ok(probes)
 }
 
-/// Which of `places` probe `k` stands at. (Views of probes go up evenly with a stride of their own; places go
-/// round with another.)
+/// Index of the place at which probe `k` stands. Probes walk through the places with a stride of their own
+/// (the golden section), independent of that of the views.
 fn turn(k: usize, places: usize) -> usize {
     ((k as f64 * 0.381_966_011).fract() * places as f64) as usize
 }
@@ -223,8 +225,8 @@ fn turn(k: usize, places: usize) -> usize {
 /// Exact radiance of a probe by number: of a frame towards a local view.
 type OfProbe<'a> = &'a (dyn Fn(usize, &Frame, DVec3) -> [f64; 3] + Sync);
 
-/// What `shade` errs by against `exact`, at probes that stand at the texture coordinates `uv` in turn, if
-/// there are any.
+/// The errors of `shade` against `exact`. Where `uv` is not empty, probes stand at those texture coordinates
+/// in turn.
 fn compare(
     probes: &[Probe],
     exact: OfProbe<'_>,
@@ -249,7 +251,7 @@ fn compare(
     Ok(Errors::of(&probes.iter().zip(seen).map(sample).collect::<Vec<_>>()))
 }
 
-/// What `shade` gives at the probe points.
+/// The radiance that `shade` returns at the probes.
 fn shaded(probes: &[Probe], uv: &[[f32; 2]], shade: Shade<'_>) -> Vec<[f64; 3]> {
     let mut buf = PointsBuf::with_capacity(probes.len());
     for (k, p) in probes.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! Where a technique's error is measured: normals, views and tangents of all kinds, and those that see suns.
+//! Probes at which a technique's error is measured: normals, views and tangents of all kinds, and those that
+//! see suns.
 //!
 //! Uniform probes hardly ever meet a sun, whose reflection holds most of the mean square of all radiance. So
 //! where the light has small bright parts, as many probes again have their lobe point at one of them or near
@@ -14,50 +15,53 @@ use steradian_brdf::Lobe;
 use steradian_prefilter::{Tree, probe};
 use steradian_sphere::Frame;
 
-/// Prime to the number of probes, and far from the golden section, by which the normals' azimuths go round.
+/// Views take every STRIDE-th belt of elevation. Prime to the number of probes, which is a power of two, so
+/// that each belt is taken once; and far from the golden section of that number, by which the normals'
+/// azimuths advance.
 const STRIDE: usize = 193;
 
-/// Radii of the caps about a bright part in which lobes point, radians, all alike: whatever the lobe's width
-/// is, one of them is like it.
+/// Angular radii, radians, of the caps about a bright part of the light towards which probes point their
+/// lobes. Each radius is drawn as often: lobes may be of any width, and one of the radii is close to it.
 const CAPS: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
-/// A bright part has at least this part of the flux within about this angle, radians.
+/// Definition of a bright part of the light: at least the second number, a part of the flux, within about the
+/// first, an angle in radians.
 const PEAK: (f64, f64) = (0.02, 2e-3);
-/// Bright parts at most.
+/// Most bright parts.
 const MOST: usize = 32;
-/// Largest n·wo of the grazing views, of which there are more than their solid angle asks for: 85° and
-/// beyond.
+/// Largest n·wo of the extra probes with grazing views: 85° from the normal and beyond. There are more of
+/// them than their solid angle calls for.
 const GRAZING: f64 = 0.0872;
-/// Least n·wo of those among them that stand at equal steps of its logarithm: 89.94°. A reflectance without
-/// bound there, such as f ∝ (n·wi n·wo)^(−1/2) of Ward 1992, has as much of its mean square in each octave of
-/// n·wo as in any other.
+/// Least n·wo of the extra grazing probes that are spread evenly in ln(n·wo): 89.94°. A reflectance that is
+/// unbounded at grazing angles, such as f ∝ (n·wi n·wo)^(−1/2) of Ward 1992, has as much of its mean square
+/// in each octave of n·wo as in any other.
 const HORIZON: f64 = 1e-3;
-/// One grazing probe more of either kind for so many others.
+/// Each of the two kinds of extra grazing probes has one probe per so many ordinary ones.
 const ONE_IN: usize = 8;
-/// Directions that stand for a lobe along a circle.
+/// Number of directions that sample a lobe whose ridge is a circle.
 const ROUND: usize = 8;
 
 /// A probe.
 #[derive(Debug, Clone, Copy)]
 pub struct Probe {
-    /// Its frame.
+    /// Local frame of the probe, in world axes.
     pub frame: Frame,
-    /// The view in it.
+    /// Direction to the viewer in that frame.
     pub wo: DVec3,
-    /// How much it counts.
+    /// Weight in sums over probes: inverse of the density that the probe was drawn with, relative to uniform.
     pub weight: f64,
 }
 
-/// How the n·wo of probes are spread.
+/// Distribution of n·wo over the probes of a set.
 #[derive(Debug, Clone, Copy)]
 enum Views {
-    /// Evenly over 0 … the value.
+    /// Uniform over 0 … the value.
     To(f64),
-    /// Evenly in the logarithm over [`HORIZON`] … [`GRAZING`].
+    /// Uniform in ln(n·wo) over [`HORIZON`] … [`GRAZING`].
     Logarithmic,
 }
 
 impl Views {
-    /// n·wo by a number in 0 … 1.
+    /// Maps a uniform number in 0 … 1 to n·wo.
     fn cosine(self, u: f64) -> f64 {
         match self {
             Self::To(most) => most * u,
@@ -77,9 +81,9 @@ impl Views {
     }
 }
 
-/// `count` uniform probes, a power of two, as many again that see the bright parts of the light, if it has
-/// any, and two eighths of each more with grazing views. Another `shift` in 0 … 1 gives other probes; those
-/// of certificates have 0.
+/// `count` uniform probes, a power of two, and two eighths of `count` more with grazing views; where the
+/// light has bright parts, as many again whose lobes point at those. Another `shift` in 0 … 1 gives other
+/// probes; certificates use 0.
 pub fn all(count: usize, shift: f64, light: &Tree, lobes: &dyn Fn(DVec3) -> Vec<Lobe>) -> Vec<Probe> {
     let grazing = count.div_ceil(ONE_IN);
     let sets = [(count, Views::To(1.0)), (grazing, Views::To(GRAZING)), (grazing, Views::Logarithmic)];
@@ -169,7 +173,7 @@ fn axes(lobes: Vec<Lobe>, wo: DVec3) -> Vec<DVec3> {
     out
 }
 
-/// Bright parts of the light with their shares of what all of them hold.
+/// Directions of the bright parts of the light, each with its share of the flux of all of them.
 struct Suns(Vec<(DVec3, f64)>);
 
 impl Suns {
@@ -196,7 +200,7 @@ impl Suns {
         (centre * (1.0 - versine) + (a * c + b * s) * (versine * (2.0 - versine)).sqrt()).normalize()
     }
 
-    /// Of [`Suns::draw`] per steradian.
+    /// Probability density of [`Suns::draw`] per steradian.
     fn density(&self, d: DVec3) -> f64 {
         let one = |(centre, share): &(DVec3, f64)| {
             let angle = centre.angle_between(d);
@@ -253,7 +257,7 @@ mod tests {
             assert!((mean(&|p| p.frame.t.dot(sun).powi(2)) - 1.0 / 3.0).abs() < 0.02);
             for radius in [0.02, 0.1, 0.25] {
                 let seen = mean(&|p| near(towards(p), radius)) / share(radius);
-                // Those met count by their weights, which are unlike.
+                // The probes in the cap have unequal weights: σ is that of a weighted sum.
                 let met = probes.iter().filter(|p| near(towards(p), radius) > 0.0).map(|p| p.weight);
                 let [sum, squares] = met.fold([0.0; 2], |s, w| [s[0] + w, s[1] + w * w]);
                 let sigma = squares.sqrt() / sum;

@@ -1,13 +1,14 @@
-//! What a technique says of its own bake.
+//! A technique's own account of a bake.
 
 use super::errors::COMPUTED;
 use steradian_base::{Certificate, Elevation, Evidence};
 
-/// What a technique says of its own bake: figures, and what it computed of its error where choosing orders
-/// told.
+/// A technique's own account of a bake: figures, and the error that it estimated while it chose its orders,
+/// if it did.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Report {
-    /// What it computed of its error. It is held against measurement wherever the inputs are known.
+    /// The technique's estimate of its own error. It is compared with a measurement wherever the inputs are
+    /// available.
     pub estimate: Option<Estimate>,
     /// See [`Certificate::missing_energy`].
     pub missing_energy: Option<f64>,
@@ -15,13 +16,13 @@ pub struct Report {
     pub details: Vec<(String, f64)>,
 }
 
-/// A computed error: cheaper than measurement, and blind to what the technique's own form of the inputs has
-/// lost.
+/// An error computed from the technique's own form of the inputs: cheaper than a measurement, but it does not
+/// see what that form has already lost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// Relative RMS error of outgoing radiance, views uniform in solid angle.
     pub error: f64,
-    /// The same by angle of view, ascending; empty where angles are not measured from the normal.
+    /// The error by angle of view, ascending; empty where angles are not measured from the normal.
     pub elevations: Vec<Elevation>,
 }
 
@@ -31,7 +32,7 @@ impl Report {
         Self { estimate: Some(Estimate { error, elevations }), ..Self::default() }
     }
 
-    /// The same report with one more figure.
+    /// This report with one more figure.
     #[must_use]
     pub fn detail(mut self, name: impl Into<String>, value: f64) -> Self {
         self.details.push((name.into(), value));
@@ -44,7 +45,7 @@ impl Report {
         c.details.clone_from(&self.details);
     }
 
-    /// The certificate where nothing can be measured: what was computed, if anything was.
+    /// The certificate where nothing can be measured: the estimate, if there is one.
     pub fn unmeasured(&self) -> Option<Certificate> {
         let e = self.estimate.as_ref()?;
         let mut c = Certificate::new(e.error, Evidence::Estimated).metric(COMPUTED);

@@ -20,32 +20,33 @@ use steradian_sphere::Frame;
 use steradian_sphere::sampling::{Pcg32, R2, SphereDistribution, cone, cosine_hemisphere};
 use steradian_transfer::Site;
 
-/// Points that are looked at, and views of each.
+/// Default number of points at which radiance is compared, and the number of views of each.
 pub const SITES: usize = 96;
 const VIEWS: usize = 2;
-/// Shifts of the lattice, and its points where [`SITES`] are looked at; where more are, each gets fewer.
+/// Number of random shifts of the lattice, and of its points for [`SITES`] points of the surface; where there
+/// are more of these, each gets fewer.
 const SHIFTS: u64 = 8;
 const POINTS: usize = 256;
-/// How far off the surface rays start.
+/// Distance that rays start off the surface, along the normal.
 const OFFSET: f32 = 1e-4;
-/// What the error is, in a certificate's words.
+/// Definition of the stated error, as certificates print it.
 const METRIC: &str = "relative RMS error of outgoing radiance over points of the mesh and views, half of them mirroring light, against paths through it";
 
-/// What light goes through.
+/// The scene that paths are traced through.
 pub struct Paths<'a> {
     /// The mesh and its sites.
     pub geometry: &'a Geometry,
     /// All light.
     pub lights: &'a Lights,
-    /// The reflectance of the sites, and of slots without a material of their own.
+    /// The reflectance of the sites, and of mesh slots without a material.
     pub brdf: &'a dyn Brdf,
     /// Scattering events at most.
     pub events: u32,
-    /// Points that are looked at.
+    /// Number of points at which radiance is compared.
     pub points: usize,
-    /// Do views count by the area that they show of the surface, n·v, as in pictures, or all alike? At the
-    /// horizon interpolated normals mirror light from which their triangles face away: such a view errs by a
-    /// whole highlight, of which pictures show little.
+    /// Are views weighted by projected area, n·v, as pixels of a picture are, or all equally? At grazing
+    /// views interpolated normals can mirror light from behind their own triangle; such a view is off by a
+    /// whole highlight, although a picture shows little of it.
     pub projected: bool,
 }
 
@@ -91,8 +92,8 @@ impl Paths<'_> {
             for view in 0..VIEWS {
                 let frame = Frame::from_normal(site.n.as_dvec3().normalize());
                 let u = R2::default().point((VIEWS * k + view) as u32);
-                // Half of the views mirror light: what a glossy surface shows of a sun is seen from few
-                // others.
+                // In half of the views the mirror direction points at the light: only few views see what a
+                // glossy surface reflects of a sun.
                 let mirrored = (view % 2 == 1).then(|| self.mirrored(&frame, k, u, image.as_ref())).flatten();
                 let wo = mirrored.unwrap_or_else(|| steradian_sphere::sampling::hemisphere::sample(u));
                 q.push(site.n, frame.t.as_vec3(), frame.to_world(wo).as_vec3(), site.p);
@@ -151,7 +152,7 @@ impl Paths<'_> {
     }
 }
 
-/// A point that is looked at, and where it lies among the sites.
+/// A point at which radiance is compared, and its position among the sites.
 #[derive(Clone, Copy)]
 struct Spot {
     site: Site,
@@ -224,7 +225,7 @@ fn sums(mut of: Vec<f64>) -> Vec<f64> {
     of
 }
 
-/// Paths with what they need of light and mesh.
+/// The paths' scene with its acceleration structure and a sampler of the image.
 struct Through<'a> {
     paths: &'a Paths<'a>,
     bvh: &'a Bvh,
@@ -262,7 +263,7 @@ impl<'a> Through<'a> {
                 break;
             }
             let mut direct = self.direct(self.paths.lights, &v, u, random);
-            // Their straight light is no part of the data.
+            // Direct light of suns shaded exactly is not in the baked data; what surfaces reflect of it is.
             if let (1.., Some(apart)) = (event, &self.paths.lights.apart) {
                 let more = self.direct(apart, &v, u, random);
                 (0..3).for_each(|c| direct[c] += more[c]);

@@ -27,7 +27,7 @@ fn the_stated_error_is_an_upper_one() {
     assert!(below < 12 && sum < 1.2, "{below} {sum}");
 }
 
-/// Lobes about a point are looked at from all probes, a ridge that is far longer than wide from fewer.
+/// Lobes about a point are compared at all probes, a ridge that is far longer than wide at fewer.
 #[test]
 fn expensive_reflectance_is_probed_at_fewer_points() {
     let image = crate::shared::trials::lights::furnace().environment.unwrap().image.clone();
@@ -53,8 +53,8 @@ fn ridges_that_take_hours_are_refused() {
     }
 }
 
-/// A technique that does not see a small sun at all errs by what the sun holds of the mean square, which is
-/// nearly all; among the probes without sun its error is nothing.
+/// A technique that misses a small sun altogether has as its error the sun's share of the mean square, which
+/// is nearly all; among the probes that see no sun its error is zero.
 #[test]
 fn what_a_sun_decides_is_stated() {
     let brdf = parse("ggx:alpha=0.1,f0=0.9").unwrap();
@@ -78,10 +78,10 @@ fn what_a_sun_decides_is_stated() {
     };
     let seen = Target::Integral(Model::of(&*brdf)).errors(&tree, &Task::quiet(), &blind).unwrap();
     assert!((0.8..1.0).contains(&seen.mean) && (0.85..1.1).contains(&seen.all), "{seen:?}");
-    // Most points see no sun: what single points err by tells.
+    // Most points see no sun, as the errors of single points show.
     let s = seen.spread;
     assert!(s.median < 0.02 && s.stops < 1.0 && s.top_hundredth > 0.9, "{s:?}");
-    // What was computed stands between the measured error and its upper bound.
+    // A computed error is clamped between the measured error and its upper bound.
     let mut stated = [0.1, 0.5 * (seen.mean + seen.all), 2.0]
         .map(|error| seen.certificate(&Report::estimated(error, Vec::new())).error);
     let c = seen.certificate(&Report::default());

@@ -15,9 +15,9 @@ const GAUSS: [(f64, f64); 5] = [
 ];
 /// A rectangle is cut while its larger side exceeds this many times the scale at it.
 const FACTOR: f64 = 1.5;
-/// Cuts at most, one below the other.
+/// Largest depth of subdivision.
 const DEEPEST: u32 = 40;
-/// Rectangles at most; beyond, no more are cut.
+/// Most rectangles; beyond this number none is subdivided.
 const MOST: usize = 200_000;
 
 /// θ and φ ranges.
@@ -39,19 +39,19 @@ impl Rect {
         }
     }
 
-    /// Its length around the centre.
+    /// Arc length along the circle of latitude.
     fn across(&self) -> f64 {
         (self.phi[1] - self.phi[0]) * self.theta[1].min(0.5 * PI).sin()
     }
 }
 
-/// What is integrated over, in polar coordinates.
+/// The domain of integration, in polar coordinates.
 pub struct Patch<'a> {
     /// Angles from the axis.
     pub theta: [f64; 2],
     /// Four parts of the azimuth.
     pub phi: [[f64; 2]; 4],
-    /// About its radius, radians.
+    /// Approximate radius of the patch, radians.
     pub size: f64,
     /// The direction at θ and φ.
     pub at: &'a dyn Fn(f64, f64) -> DVec3,

@@ -14,7 +14,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use steradian_brdf::{Brdf, Domain};
 use steradian_sphere::Frame;
 
-/// Nodes along a side at least where the horizon crosses.
+/// Least number of nodes along a side that the horizon crosses.
 const CROSSED: usize = 8;
 
 /// A cell of constant radiance, turned in any way: a light. (The rectangle in latitude and longitude alone is
@@ -34,7 +34,7 @@ pub struct CellLight {
 }
 
 impl CellLight {
-    /// Texel (i, j) of a lat-long image of `width` × `height`, black.
+    /// Texel (i, j) of a lat-long image of `width` × `height`, with radiance 0.
     pub fn texel(i: usize, j: usize, width: usize, height: usize) -> Self {
         let (s, c) = (TAU * ((i as f64 + 0.5) / width as f64 - 0.5)).sin_cos();
         let theta = [j, j + 1].map(|j| PI * j as f64 / height as f64);
@@ -72,7 +72,7 @@ impl CellLight {
         [height, self.half.min(0.5 * PI) * (middle.sin() + height * middle.cos().abs())]
     }
 
-    /// The same cell of the turned image.
+    /// This cell in the rotated image.
     pub fn turned(&self, by: &DMat3) -> Self {
         let [pole, meridian] = [self.pole, self.meridian].map(|v| (*by * v).normalize_or(v));
         Self { pole, meridian, ..*self }
@@ -108,7 +108,8 @@ impl CellLight {
         local.product(n.max(least), m.max(least), whole, f)
     }
 
-    /// d·a ≥ k for each (a, k) where d is in it, unless it is wider than half of the sphere.
+    /// Four pairs (a, k): a direction d lies in the cell where d·a ≥ k for each of them, unless the cell is
+    /// wider than half of the sphere.
     fn sides(&self) -> [(DVec3, f64); 4] {
         let across = self.pole.cross(self.meridian);
         let (s, c) = self.half.sin_cos();
@@ -121,8 +122,7 @@ impl CellLight {
         ]
     }
 
-    /// Elevations above z = 0, radians and ascending, of its corners and of what is highest and lowest on its
-    /// sides.
+    /// Elevations above z = 0 at which the outline has a corner or an extremum, radians, ascending.
     fn breaks(&self) -> Vec<f64> {
         let across = self.pole.cross(self.meridian);
         let mut out = Vec::with_capacity(16);

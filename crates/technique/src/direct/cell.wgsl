@@ -1,6 +1,6 @@
 
-// Nodes along a side of a texel whose half is `ratio` times the reflectance's width. Beyond the largest, where the CPU cuts
-// adaptively, the largest.
+// Number of nodes along a side of a texel whose half is `ratio` times the reflectance's width. Where the CPU
+// would subdivide adaptively, the largest rule is used.
 fn gpu_across(ratio: f32) -> u32 {
     if ratio < 0.03 {
         return 1u;
@@ -18,7 +18,8 @@ fn gpu_across(ratio: f32) -> u32 {
     return n;
 }
 
-// The integral of f_cos over the texel between the angles `theta` from `pole`, `half` radians to both sides of `meridian`.
+// The integral of f_cos over the texel between the angles `theta` from `pole`, `half` radians to both sides
+// of `meridian`.
 fn gpu_cell(pole: vec3<f32>, meridian: vec3<f32>, theta: vec2<f32>, half: f32, wo: vec3<f32>) -> vec3<f32> {
     let middle = 0.5 * (theta.x + theta.y);
     let height = 0.5 * (theta.y - theta.x);

@@ -1,9 +1,9 @@
 
-// Disks shaded with the exact reflectance. gpu_node(i) has the nodes and weights of Gauss and Legendre on 0 ... 1; the
-// rule of n = 1, 2, 4, 8, 16, 32 starts at n - 1.
+// Disks shaded with the exact reflectance. gpu_node(i) has the nodes and weights of Gauss and Legendre on 0
+// ... 1; the rule of n = 1, 2, 4, 8, 16, 32 starts at n - 1.
 
-// Rings of the rule for a disk whose radius is `ratio` times the reflectance's width; 0: its centre alone. Beyond the
-// largest, where the CPU cuts adaptively, the largest.
+// Number of rings of the rule for a disk whose radius is `ratio` times the reflectance's width; 0 stands for
+// the disk's centre alone. Where the CPU would subdivide adaptively, the largest rule is used.
 fn gpu_rings(ratio: f32, crossed: bool) -> u32 {
     if ratio < 0.03 && !crossed {
         return 0u;
@@ -21,7 +21,8 @@ fn gpu_rings(ratio: f32, crossed: bool) -> u32 {
     return select(n, max(2u * n, 8u), crossed);
 }
 
-// Rings about the centre, or the centre alone as a ring of no size: compilers put the text of reflectances at every call.
+// Integrates by rings about the centre, or by the centre alone as a ring of no size: one loop for both, since
+// compilers insert the text of a reflectance at every call.
 fn gpu_polar(c: vec3<f32>, radius: f32, n: u32, wo: vec3<f32>) -> vec3<f32> {
     let s = sin(0.5 * radius);
     let top = 2.0 * s * s;

@@ -13,28 +13,28 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use steradian_brdf::{Brdf, Domain, Peak};
 
-/// The rule is for views with n·wo below this: farther up the other rules' nodes are close enough.
+/// Views with n·wo below this use the rule: for steeper ones the nodes of the general rules are close enough.
 const GRAZING: f64 = 0.1;
-/// It is for lights whose centre is lower than this cosine of the angle from the normal.
+/// Lights whose centre has an n·wi below this use the rule.
 const LOW: f64 = 0.5;
-/// Lights that the horizon does not cut and that are smaller than so many widths of the lobe are left to the
-/// other rules.
+/// Lights above the horizon whose angular radius is less than so many widths of the lobe use the general
+/// rules.
 const ROUND: f64 = 0.6;
-/// A panel's upper end is so many times as high as its lower one …
+/// The upper end of a panel of elevation is at most so many times as high as its lower end …
 const GROWTH: f64 = 4.0;
-/// … and at most so many of the lobe's widths above it.
+/// … and at most so many widths of the lobe above it.
 const WIDTHS: f64 = 4.0;
-/// A light that needs more panels of that height is left to the adaptive rule.
+/// A light that needs more than so many panels of the height WIDTHS goes to the adaptive rule.
 const MOST: f64 = 64.0;
 /// Nodes of a panel in elevation: with 8 the error is up to 1.1e-2 of the largest radiance at a view, with 16
 /// 1.2e-3.
 const UP: usize = 16;
-/// Nodes in azimuth; the second where the lobe is more than twice as wide one way as the other.
+/// Nodes in azimuth; the second number where one width of the lobe is more than twice the other.
 const ACROSS: [usize; 2] = [16, 32];
-/// Mean cosines below this narrow the lobe no further.
+/// Mean cosines are clamped to this, so that the lobe does not become narrower still.
 const LEAST: f64 = 1e-5;
 
-/// Is given pieces of a circle of elevation, from and to which azimuth.
+/// Callback for each piece of a circle of elevation: the azimuths at which it begins and ends.
 type Pieces<'a> = dyn FnMut([f64; 2]) + 'a;
 
 /// The lobe of a grazing view.
@@ -50,11 +50,13 @@ pub struct Horizon {
 }
 
 impl Horizon {
-    /// The rule for a light of so many radians about `centre`, where it is one for this rule.
+    /// The rule for a light of angular radius `radius` (radians) about `centre`; `None` where the general
+    /// rules serve.
     pub fn of(brdf: &dyn Brdf, centre: DVec3, radius: f64, scale: f64, wo: DVec3) -> Option<Self> {
         let Peak::Mirror { narrow, wide } = brdf.peak() else { return None };
         let near = wo.z < GRAZING && centre.z < LOW && 2.0 * radius < MOST * WIDTHS * narrow;
-        // Other rules do where it is neither cut nor large beside the lobe.
+        // A light that is neither cut by the horizon nor large relative to the lobe is left to the general
+        // rules.
         let near = near && (centre.z < radius || radius > ROUND * scale);
         (near && brdf.domain() == Domain::Hemisphere).then(|| Self {
             azimuth: (-wo.y).atan2(-wo.x),
@@ -64,7 +66,7 @@ impl Horizon {
         })
     }
 
-    /// Where a panel that begins at elevation `e` ends at the latest.
+    /// The largest elevation at which a panel that begins at elevation `e` may end.
     fn next(&self, e: f64) -> f64 {
         (GROWTH * e).max(self.cosine.max(LEAST)).min(e + WIDTHS * self.narrow)
     }
@@ -87,9 +89,9 @@ impl Horizon {
         sum
     }
 
-    /// ∫ f dω over what `pieces` says lies at an elevation, in azimuths from the mirror direction's.
-    /// `breaks`, ascending, are elevations at which its outline has a corner, the first and the last its
-    /// ends.
+    /// ∫ f dω. `pieces` gives, at an elevation, the intervals of azimuth inside the domain, measured from the
+    /// mirror direction. `breaks`, ascending, are the elevations at which the outline has a corner; the first
+    /// and the last are its ends.
     fn integrate(
         &self,
         breaks: &[f64],
@@ -130,7 +132,7 @@ impl Horizon {
         self.integrate(&[middle - radius, middle + radius], &pieces, f)
     }
 
-    /// Azimuth from the mirror direction's, −π … π.
+    /// Azimuth relative to the mirror direction, −π … π.
     fn off(&self, d: DVec3) -> f64 {
         let x = d.y.atan2(d.x) - self.azimuth;
         x - TAU * (x / TAU).round()
@@ -145,7 +147,7 @@ impl Horizon {
     ) -> [f64; 3] {
         let pieces = |e: f64, piece: &mut Pieces<'_>| {
             let (se, ce) = e.sin_cos();
-            // Where the circle of this elevation crosses sides.
+            // Azimuths at which the circle of this elevation crosses the sides.
             let (mut at, mut count) = ([-PI, PI, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 2);
             for (a, k) in sides {
                 let q = (k - a.z * se) / (ce * a.x.hypot(a.y)).max(1e-300);

@@ -1,7 +1,7 @@
 
 // Suns at the horizon, seen at grazing angles: `horizon.rs` says how.
 
-// Is a light of `radius` about `c`, beside which the lobe is `scale` wide, one for this rule?
+// Does this rule integrate a light of `radius` about `c`, where the lobe is `scale` wide?
 fn gpu_at_horizon(c: vec3<f32>, radius: f32, scale: f32, wo: vec3<f32>) -> bool {
     let near = brdf.peak.x == 1.0 && !brdf_is_whole() && wo.z < 0.1 && c.z < 0.5 && radius < 128.0 * brdf.peak.y;
     return near && (c.z < radius || radius > 0.6 * scale);
@@ -25,7 +25,7 @@ fn gpu_wedge(e: f32, ends: vec2<f32>, wo: vec3<f32>) -> vec3<f32> {
     for (var i = 0u; i < n; i++) {
         let node = gpu_node(n - 1u + i);
         let t = start + span * node.x;
-        // No tangent near the pole of it.
+        // Near the pole of the tangent the slope is clamped.
         let slope = clamp(sin(t) / max(cos(t), 1e-7), ends.x / w, ends.y / w);
         let phi = azimuth + w * slope;
         sum += (node.y * (1.0 + slope * slope)) * brdf_value(vec3<f32>(level * cos(phi), level * sin(phi), up), wo);
@@ -33,7 +33,7 @@ fn gpu_wedge(e: f32, ends: vec2<f32>, wo: vec3<f32>) -> vec3<f32> {
     return sum * (span * w);
 }
 
-// Where a panel that begins at elevation e ends at the latest.
+// The largest elevation at which a panel that begins at elevation e may end.
 fn gpu_panel(e: f32, wo: vec3<f32>) -> f32 {
     return min(max(4.0 * e, max(wo.z, 1e-5)), e + 4.0 * brdf.peak.y);
 }
@@ -78,7 +78,7 @@ fn gpu_horizon_cell(pole: vec3<f32>, meridian: vec3<f32>, theta: vec2<f32>, half
         vec4<f32>(pole, cos(theta.y)),
         vec4<f32>(-pole, -cos(theta.x)),
     );
-    // Elevations of its corners and of what is highest and lowest on its sides; at most 18.
+    // Elevations at which the outline has a corner or an extremum; at most 18.
     var breaks: array<f32, 18>;
     var count = 0u;
     let highest = brdf_atan2(side.z, meridian.z);

@@ -1,11 +1,12 @@
-//! Lights that are shaded with the exact reflectance, on top of what a technique makes of the rest.
+//! Lights that are shaded with the exact reflectance, in addition to the light that a technique has in its
+//! data.
 //!
 //! > L_o += Σ_disks L ∫_disk f(wi, wo)⟨n·wi⟩ dwi + Σ_directional E f⟨n·wi⟩ + Σ_points I/r² f⟨n·wi⟩
 //!
 //! Every technique can be lit by such lights, whatever its own factors are made of: [`split`] says which
-//! lights go into a technique's data and which are added here. Nothing shadows them (V = 1), as in techniques
-//! that know no geometry and in the reference, or what stands between does ([`Shadows`]), as under techniques
-//! that know it. Disks are integrated by rules whose size follows from the reflectance's width there
+//! lights go into a technique's data and which are added here. They are unshadowed (V = 1), as in techniques
+//! without geometry and in the reference, or shadowed by occluders ([`Shadows`]), as with techniques that
+//! have geometry. Disks are integrated by rules whose size follows from the reflectance's width there
 //! ([`steradian_brdf::Peak`]), in elevation and azimuth where grazing views see them at the horizon: relative
 //! to the largest radiance that the disk causes, the error is at most about 1e-3 and mostly far below
 //! ([`rule`]). Light rotation turns disks and directional lights, not point lights.
@@ -56,7 +57,7 @@ fn gpu_node(i: u32) -> vec2<f32> {{
     )
 }
 
-/// What becomes of disks and directional lights.
+/// How disks and directional lights are treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Suns {
     /// They are shaded with the exact reflectance.
@@ -79,13 +80,14 @@ pub struct Direct {
     pub points: Vec<PointLight>,
 }
 
-/// Disks of a larger angular radius, radians, are skies and not suns: techniques bake them. The rules for
-/// exact shading are made for lights that are small beside the hemisphere, and on GPUs beside the lobe.
+/// Disks of a larger angular radius, radians, count as sky and are baked. The rules for exact shading assume
+/// lights that are small relative to the hemisphere and, on GPUs, to the lobe.
 const WIDEST: f64 = 0.35;
 
-/// The lights that a technique bakes, and those that are shaded exactly: of the disks those of at most 20
-/// degrees (0.35 radians) radius, point lights always. The first know the disks and directional lights of the
-/// second ([`Lights::apart`]), for what surfaces reflect of them.
+/// Splits `lights` into those that a technique bakes and those that are shaded exactly. Point lights are
+/// always shaded exactly; disks of at most 20 degrees (0.35 radians) radius and directional lights are with
+/// [`Suns::Exact`], and the baked lights then keep a copy of them in [`Lights::apart`], for what surfaces
+/// reflect of them.
 pub fn split(lights: &Lights, suns: Suns) -> (Lights, Direct) {
     let mut baked = lights.clone();
     let mut direct = Direct { points: std::mem::take(&mut baked.points), ..Direct::default() };
@@ -164,8 +166,8 @@ impl Direct {
         self.arriving(brdf, frame, wo, position, None)
     }
 
-    /// Which lights send their middle to a point of unit normal `normal`, a bit each of the first 64. Between
-    /// points that differ lies the edge of a shadow.
+    /// Bit k is set where the centre of light k, of the first 64, is visible from a point of unit normal
+    /// `normal`. A shadow's edge runs between points whose bits differ.
     pub fn seen_from(&self, shadows: Shadows<'_>, position: DVec3, normal: DVec3) -> u64 {
         let place = Place { shadows, position, normal };
         let disks = self.disks.iter().map(|d| d.direction);
@@ -231,7 +233,8 @@ impl Direct {
                 let f = brdf.f_cos(frame.to_local(to / d2.sqrt()), wo);
                 if f != [0.0; 3] {
                     let open = open(to / d2.sqrt(), d2.sqrt());
-                    // On the light itself it has no end; single precision has.
+                    // On the light itself the irradiance is infinite; it is clamped to the range of single
+                    // precision.
                     gather(f, p.intensity.map(|i| open * (f64::from(i) / d2).clamp(-LARGEST, LARGEST)));
                 }
             }

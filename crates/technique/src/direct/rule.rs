@@ -27,10 +27,10 @@ const SIZES: [usize; 6] = [1, 2, 4, 8, 16, 32];
 /// Largest ρ/s of each number of rings: relative error at the peak of a Gaussian at most about 1e-3. As many
 /// strips lie across a cap as rings lie on both sides of its centre, so that it takes twice their number.
 pub(super) const REACH: [f64; 5] = [0.5, 1.3, 3.0, 7.0, 15.0];
-/// Below this the centre alone does: the error is at most (ρ/s)²/4.
+/// Below this ratio ρ/s the centre alone suffices: the error is at most (ρ/s)²/4.
 pub(super) const POINT: f64 = 0.03;
 
-/// Nodes and weights on 0 … 1 of [`SIZES`].
+/// Nodes and weights on 0 … 1 of Gauss–Legendre's rules of [`SIZES`] points.
 static GAUSS: LazyLock<[Vec<(f64, f64)>; 6]> = LazyLock::new(|| {
     SIZES.map(|n| {
         let (x, w) = gauss_legendre(n);
@@ -38,9 +38,9 @@ static GAUSS: LazyLock<[Vec<(f64, f64)>; 6]> = LazyLock::new(|| {
     })
 });
 
-/// How large a rule a disk needs whose radius is `ratio` times the width of the reflectance there: its number
-/// of rings, 0 for the centre alone; `None` beyond the largest. Caps that the horizon crosses take at least
-/// eight strips.
+/// The number of rings that the rule for a disk needs whose radius is `ratio` times the width of the
+/// reflectance there: 0 for the centre alone; `None` beyond the largest rule. Caps that the horizon crosses
+/// take at least eight strips.
 pub fn rings(ratio: f64, crossed: bool) -> Option<usize> {
     if ratio < POINT && !crossed {
         return Some(0);

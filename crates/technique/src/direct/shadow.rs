@@ -1,22 +1,22 @@
 //! Shadows of lights that are shaded with the exact reflectance, by rays, shadow maps or shadow volumes.
 //!
-//! Of a disk or a texel some directions are tried, V each (maps and volumes know the middle alone): ∫ V f_cos
-//! over the light is ∫ f_cos times Σ V f_cos / Σ f_cos over them, so that a light that is seen whole is
-//! exact, and a narrow lobe counts what it sees of the light.
+//! Of a disk or a texel, V is evaluated in several directions (by maps and volumes at the middle alone), and
+//! ∫ V f_cos over the light is approximated by ∫ f_cos times Σ V f_cos / Σ f_cos over these directions. So an
+//! unoccluded light is exact, and a narrow lobe is shadowed by the part of the light that it reflects.
 
 use glam::DVec3;
 use steradian_scene::Ray;
 use steradian_scene::shadow::Blocker;
 
-/// What blocks light.
+/// The occluders of a light.
 #[derive(Debug, Clone, Copy)]
 pub struct Shadows<'a> {
     /// The geometry; both sides of a triangle block.
     pub by: &'a dyn Blocker,
-    /// How far off the surface, along the normal, rays start, metres.
+    /// Distance that rays start off the surface, along the normal, metres.
     pub offset: f64,
-    /// Are they those of a reference? Then more directions of a light are tried, none of them those of other
-    /// shadows.
+    /// Are these the shadows of a reference? Then more directions of a light are tried, different from those
+    /// of other shadows.
     pub reference: bool,
 }
 
@@ -28,9 +28,10 @@ impl Shadows<'_> {
     }
 }
 
-/// Directions of a light that are tried at first, and where these disagree.
+/// Shadow rays per light: the first number, and the second where the first rays disagree.
 const RAYS: [usize; 2] = [8, 64];
-/// The same under a reference, and the first of them in their sequence.
+/// Shadow rays per light of a reference picture, in the same order, and the index in the sequence of the
+/// first: its rays share none with those of techniques.
 const REFERENCE_RAYS: [usize; 2] = [32, 256];
 const REFERENCE_FIRST: usize = 1 << 16;
 
@@ -57,8 +58,8 @@ impl Place<'_> {
         self.arriving(d, distance) > 0.5
     }
 
-    /// The part of a light that arrives, where `f` is what a direction of it gives. `at` are its directions,
-    /// evenly spread over its solid angle for points that are so over the unit square.
+    /// The unoccluded part of an extended light, weighted by `f`, the integrand at a direction of it. `at`
+    /// maps the unit square to the light's directions, evenly in solid angle.
     pub fn seen(&self, at: impl Fn(f64, f64) -> DVec3, f: impl Fn(DVec3) -> f64) -> f64 {
         let mut share = 1.0;
         let (rays, first) = match self.shadows.reference {

@@ -83,7 +83,7 @@ const SPECS: &[&str] = &[
     "abc:gold-metallic-paint",
 ];
 
-/// Views and disks: on the lobe's ridge, beside it, far from it, across the horizon.
+/// Views and disks: on the lobe's ridge, next to it, far from it, across the horizon.
 fn cases() -> Vec<(DVec3, DVec3)> {
     let mut out = Vec::new();
     for theta in [0.0f64, 0.5, 1.0, 1.4] {
@@ -249,7 +249,7 @@ fn suns_at_the_horizon_follow_the_reference() {
     assert!(report[0].0 < 2e-3, "{:#?}", &report[..12]);
 }
 
-/// Half of a sun behind an edge; lights that stand free, and those that stand behind.
+/// Half of a sun behind an edge; unoccluded lights, and occluded ones.
 #[test]
 fn rays_shadow_what_stands_behind_the_mesh() {
     // The half plane x > 0 one metre above the point.
@@ -350,7 +350,7 @@ fn wide_disks_are_skies() {
     assert_eq!((baked.disks.len(), direct.disks.len()), (2, 0));
 }
 
-/// A point light beside a surface, and on it: radiance is finite in single precision too.
+/// A point light near a surface, and on it: radiance is finite in single precision too.
 #[test]
 fn a_point_light_on_a_surface_gives_finite_radiance() {
     let brdf = steradian_brdf::parse("ggx:alpha=0.01").expect("spec");

@@ -9,7 +9,7 @@ const LINE: &str = include_str!("line.wgsl");
 const BETWEEN: &str = include_str!("between.wgsl");
 const TEXTURE: &str = include_str!("texture.wgsl");
 
-/// What the shapes of the technique's tables need, then `fetch_NAME` of each table and buffer.
+/// The helper functions for the shapes of the technique's tables, then `fetch_NAME` of each table and buffer.
 pub fn functions(technique: &GpuTechnique, storage: Storage) -> String {
     let any = |f: fn(&Shape) -> bool| technique.tables.iter().any(|t| f(&t.shape));
     let shared = [
@@ -62,7 +62,8 @@ fn table(t: &Table) -> String {
     }
 }
 
-/// Layers and what lies linearly between them; `at`, the value, and layers per entry.
+/// The function of single layers, and the one that interpolates linearly between them; `at` is the
+/// coordinate's declaration, `value` the type returned, `per` the number of layers per entry.
 fn stack(name: &str, [at, value, per]: [&str; 3], layer: &str) -> String {
     function(&format!("{name}_layer"), &format!("at: {at}, k: u32"), value, layer)
         + &format!(
@@ -77,7 +78,8 @@ fn stack(name: &str, [at, value, per]: [&str; 3], layer: &str) -> String {
 /// Texels a row of the textures that hold buffers.
 pub const ROW: usize = 2048;
 
-/// From this many cubes on, computed places are shorter than a list.
+/// From this number of cubes on, the generated text computes their places instead of listing them, which is
+/// shorter.
 const ROWS_FROM: usize = 4;
 
 /// A chain of cubes in one atlas, trilinear.

@@ -3,7 +3,7 @@
 use super::{GpuTechnique, Shape};
 use steradian_prefilter::{GgxMirror, Lobe, Zonal};
 
-/// What the light is averaged with: ∫ L w / ∫ w over each direction's lobe.
+/// The kernel that light is filtered with: ∫ L w / ∫ w over the lobe about each direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kernel {
     /// The light itself.
@@ -45,14 +45,15 @@ impl Kernel {
 pub struct LightCube {
     /// The table's name.
     pub table: &'static str,
-    /// Of each level the kernel and the factor of its values; `None` where the material never looks it up.
+    /// The kernel of each level, and the factor on its values; `None` where the material never looks the
+    /// level up.
     pub levels: Vec<Option<(Kernel, f32)>>,
 }
 
 /// Everything of a technique's data that depends on distant light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightTables {
-    /// Its cubes.
+    /// The cubes of filtered light.
     pub cubes: Vec<LightCube>,
     /// Where the `mat4x4` uniforms [`LightTables::QUADRICS`] hold nᵀMn = gain · E(n) of bands 0 to 2
     /// (Ramamoorthi & Hanrahan 2001), the gain of each channel.

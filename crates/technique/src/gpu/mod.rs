@@ -2,9 +2,9 @@
 //! types of any graphics library.
 //!
 //! A technique's WGSL has no bindings: it reads tables through generated functions `fetch_NAME` and uniforms
-//! as `technique.NAME`. [`Entry`] declares the function that shades and what it takes beside normal, tangent,
-//! direction to the viewer and position. [`module`] makes the complete module, [`library`] what other entry
-//! points start with.
+//! as `technique.NAME`. [`Entry`] declares the function that shades and which arguments it takes in addition
+//! to normal, tangent, direction to the viewer and position. [`module`] makes the complete module,
+//! [`library`] the text that modules with other entry points start with.
 
 mod fetch;
 mod light;
@@ -34,7 +34,7 @@ pub struct GpuTechnique {
     pub slug: &'static str,
     /// WGSL texts without bindings, in the order in which they are joined.
     pub modules: Vec<Cow<'static, str>>,
-    /// The function of these modules that shades.
+    /// The shading function, which one of the modules defines.
     pub entry: Entry,
     /// Tables in binding order.
     pub tables: Vec<Table>,
@@ -69,8 +69,8 @@ impl Entry {
     /// `shade_site(n, t, wo, p, site)`.
     pub const SITE: Self = Self { name: "shade_site", lobe: false, site: true };
 
-    /// The call with these expressions as arguments: n, t, wo, p, then lobe and site, which are used where
-    /// the function takes them.
+    /// WGSL text of a call of the function. `point` has the expressions for n, t, wo and p; `lobe` and `site`
+    /// are appended where the function takes them.
     pub fn call(&self, point: [&str; 4], lobe: &str, site: &str) -> String {
         let more = [(self.lobe, lobe), (self.site, site)].into_iter().filter(|a| a.0).map(|a| a.1);
         let all: Vec<&str> = point.into_iter().chain(more).collect();
@@ -91,7 +91,7 @@ pub struct Table {
     pub level: Level,
 }
 
-/// How a table is looked up.
+/// The layout of a table and the function that looks it up.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Shape {
     /// Six layers in the Khronos orientation whose outer texels lie *on* the edges of the cube
@@ -100,9 +100,9 @@ pub enum Shape {
     /// A chain of such cubes in one atlas, each at x, y with its size: `fetch_NAME(d: vec3<f32>, level: f32)
     /// -> vec3<f32>`, trilinear.
     EdgeCubeChain(Vec<[u32; 3]>),
-    /// Such cubes of one size, six layers each: `fetch_NAME(d: vec3<f32>, w: f32) -> vec3<f32>`, bilinear in
-    /// cubes ⌊w⌋ and ⌊w⌋ + 1 and linear between them (w clamped to 0 … count − 1), and
-    /// `fetch_NAME_layer(d: vec3<f32>, k: u32) -> vec3<f32>` of cube k alone.
+    /// Edge cubes of one size, six layers each: `fetch_NAME(d: vec3<f32>, w: f32) -> vec3<f32>`, bilinear in
+    /// cubes ⌊w⌋ and ⌊w⌋ + 1 and linear between them (w clamped to 0 … count − 1), and `fetch_NAME_layer(d:
+    /// vec3<f32>, k: u32) -> vec3<f32>` of cube k alone.
     CubeStack,
     /// Planes as [`Shape::Plane`], a layer each: `fetch_NAME(uv: vec2<f32>, w: f32) -> vec4<f32>`, linear
     /// between planes (w clamped to 0 … count − 1), and
@@ -126,7 +126,7 @@ pub enum Shape {
         levels: u32,
         /// Rows of the finest.
         rows: u32,
-        /// What lies beyond the unit square in u (two bits) and v: 0 repeats, 1 mirrors, 2 clamps.
+        /// Wrap mode in u (two bits) and v: 0 repeats, 1 mirrors, 2 clamps.
         wrap: u32,
     },
     /// Entries one after the other, in rows of [`ROW`]: `fetch_NAME(i: u32) -> vec4<f32>` of entry i.
@@ -247,11 +247,11 @@ pub enum Numbers {
     F32(Vec<f32>),
     /// Half precision.
     F16(Vec<half::f16>),
-    /// Bytes that stand for `low` (0) to `high` (255), linearly.
+    /// Bytes, of which 0 … 255 map linearly to `low` … `high`.
     Unorm8 {
-        /// What 0 stands for.
+        /// Value of byte 0.
         low: f32,
-        /// What 255 stands for.
+        /// Value of byte 255.
         high: f32,
         /// The bytes.
         bytes: Vec<u8>,
@@ -259,7 +259,7 @@ pub enum Numbers {
 }
 
 impl Numbers {
-    /// How many there are.
+    /// Number of values.
     pub fn len(&self) -> usize {
         match self {
             Self::F32(v) => v.len(),
@@ -284,7 +284,7 @@ impl Numbers {
         }
     }
 
-    /// The contents of the storage buffer: little-endian, filled up to whole words.
+    /// The contents of the storage buffer: little-endian, padded to whole words.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out: Vec<u8> = match self {
             Self::F32(v) => v.iter().flat_map(|x| x.to_le_bytes()).collect(),
@@ -307,7 +307,7 @@ impl Numbers {
 }
 
 impl GpuTechnique {
-    /// Where each uniform begins in [`GpuTechnique::uniform_bytes`].
+    /// Offset of each uniform in [`GpuTechnique::uniform_bytes`].
     pub fn uniform_offsets(&self) -> Vec<u64> {
         let mut bytes = Vec::new();
         let begin = |u: &Uniform| {
@@ -319,8 +319,8 @@ impl GpuTechnique {
         self.uniforms.iter().map(begin).collect()
     }
 
-    /// Sets the uniforms of these names; those that the technique lacks, or has in another type, are left
-    /// out.
+    /// Replaces the uniforms of these names; a uniform that the technique lacks, or has in another type, is
+    /// ignored.
     pub fn set_uniforms(&mut self, new: &[Uniform]) {
         for n in new {
             let same = |u: &&mut Uniform| u.name == n.name && u.value.wgsl() == n.value.wgsl();

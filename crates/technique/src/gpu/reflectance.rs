@@ -1,4 +1,4 @@
-//! A reflectance's own text beside a technique's.
+//! The WGSL text of a reflectance, added to that of a technique.
 
 use super::{Format, Level, ROW, Shape, Table};
 use steradian_brdf::BrdfShader;
@@ -14,8 +14,8 @@ pub fn cells(name: &'static str, cells: &[[f32; 3]]) -> Table {
     Table { name, shape: Shape::Texels, format: Format::Rgba32Float, level }
 }
 
-/// [`BrdfShader::closed`] with what else calls it, under `prefix`, and the table `name` that it reads where
-/// the reflectance is measured.
+/// [`BrdfShader::closed`] followed by `beside`, functions that call it, all names under `prefix`, and the
+/// table `name` that it reads where the reflectance is measured.
 pub fn own_reflectance(
     shader: &BrdfShader,
     prefix: &str,

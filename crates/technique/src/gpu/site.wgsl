@@ -1,6 +1,6 @@
-// Where a point lies among the sites of a bake: three sites, their weights, which sum to 1, and texture coordinates. How
-// these lie on the surface: its own normal on the viewer's side, tangent and side of the bitangent (side n x t), and the
-// square that the point stands for.
+// A point's place among the sites of a bake: three sites, weights of sum 1, and texture coordinates. Then the
+// orientation of the texture on the surface: the surface's own normal on the viewer's side, the tangent and
+// the side of the bitangent (side n x t), and the side of the square over which textures are averaged.
 struct Site {
     index: vec3<u32>,
     weight: vec3<f32>,

@@ -1,4 +1,5 @@
-// Textures on surfaces whose levels lie one below the other, the finest first: the twin of scene::surface::Texture.
+// Textures on surfaces, whose levels lie one below the other, the finest first: the twin of
+// scene::surface::Texture.
 struct TextureColumns {
     first: i32,
     second: i32,
@@ -22,7 +23,8 @@ fn texture_columns(u: f32, n: i32, wrap: u32) -> TextureColumns {
     return TextureColumns(select(i, i + n, i < 0), select(i + 1, i + 1 - n, i + 1 >= n), x - floor(x));
 }
 
-// `shape`: levels, rows of the finest, and what lies beyond the unit square in u (two bits) and v.
+// One level, bilinear. `shape`: number of levels, rows of the finest, and the wrap modes in u (two bits) and
+// v.
 fn texture_level(image: texture_2d_array<f32>, uv: vec2<f32>, level: u32, layer: u32, shape: vec3<u32>) -> vec4<f32> {
     var above = 0u;
     for (var k = 0u; k < level; k++) {
@@ -40,7 +42,7 @@ fn texture_level(image: texture_2d_array<f32>, uv: vec2<f32>, level: u32, layer:
     return mix(mix(a, b, x.weight), mix(c, d, x.weight), y.weight);
 }
 
-// Averaged over a square of side `footprint` in texture coordinates.
+// The texture averaged over a square of side `footprint` in texture coordinates.
 fn texture_texels(image: texture_2d_array<f32>, uv: vec2<f32>, footprint: f32, layer: u32, shape: vec3<u32>) -> vec4<f32> {
     let last = f32(shape.x - 1u);
     let size = max(textureDimensions(image).x, shape.y);

@@ -13,7 +13,7 @@ pub const SITE: &str = include_str!("site.wgsl");
 /// Planes of f32 of normal, tangent, direction to the viewer and position.
 const PLANES: usize = 12;
 
-/// What a binding holds; bindings are numbered 0, 1, … within their group.
+/// The contents of a binding; bindings are numbered 0, 1, … within their group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Binding {
     /// `@group(0)`: the uniform buffer of [`GpuTechnique::uniform_bytes`].
@@ -61,8 +61,8 @@ pub fn module(technique: &GpuTechnique) -> String {
     out
 }
 
-/// Bindings of group 0, `fetch_NAME` functions and the technique's modules, without an entry point: what any
-/// shader that calls the technique's [`super::Entry`] starts with.
+/// Bindings of group 0, `fetch_NAME` functions and the technique's modules, without an entry point: the
+/// common start of every shader that calls the technique's [`super::Entry`].
 pub fn library(technique: &GpuTechnique) -> String {
     library_of(technique, Storage::Buffers)
 }

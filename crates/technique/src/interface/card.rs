@@ -1,5 +1,5 @@
-//! What a technique says of itself. Indices, menus, tables, the book and the conformance suite come from
-//! here.
+//! A technique's description of itself. Indices, menus, tables, the book and the conformance suite are made
+//! from it.
 
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
@@ -7,7 +7,7 @@ use steradian_light::Lights;
 /// A technique's page in short.
 #[derive(Debug, Clone, Copy)]
 pub struct Card {
-    /// Rust module name; on the command line `-` and `_` are the same.
+    /// Rust module name; the command line takes `-` for `_`.
     pub slug: &'static str,
     /// A few words.
     pub title: &'static str,
@@ -15,21 +15,21 @@ pub struct Card {
     pub citation: &'static str,
     /// The equation that shading evaluates.
     pub equation: &'static str,
-    /// How L is treated.
+    /// Representation of the light L.
     pub light: &'static str,
-    /// How V is treated.
+    /// Representation of the visibility V.
     pub visibility: &'static str,
-    /// How f is treated.
+    /// Representation of the reflectance f.
     pub reflectance: &'static str,
-    /// Is this reflectance taken? Otherwise why not, and what to use instead.
+    /// Accepts a reflectance, or says why it is refused and what to use instead.
     pub materials: fn(&dyn Brdf) -> Result<(), String>,
-    /// Reflectance specs that stand for the materials taken; the conformance suite runs each.
+    /// Specs of reflectances that represent those accepted; the conformance suite runs each.
     pub specimens: &'static [&'static str],
     /// Cases in which the technique equals the integral.
     pub exact_when: &'static [Claim],
     /// The row of STAR04's figure 11.
     pub capabilities: Capabilities,
-    /// What a bake and shading need.
+    /// The inputs that a bake and shading need.
     pub needs: Needs,
     /// Conformance checks that do not make sense here, each with its reason.
     pub waived: &'static [(Check, &'static str)],
@@ -61,14 +61,14 @@ impl Claim {
         Self { statement, light, brdf, params: &[], within }
     }
 
-    /// The same case with other parameters.
+    /// This case with other parameters.
     #[must_use]
     pub const fn with(self, params: &'static [(&'static str, f64)]) -> Self {
         Self { params, ..self }
     }
 }
 
-/// STAR04's figure 11: what a technique supports.
+/// Columns of STAR04's figure 11: what a technique supports.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Capabilities {
     /// Light from environments (global) rather than point lights (local).
@@ -115,7 +115,7 @@ impl Capabilities {
     };
 }
 
-/// What a bake and shading need.
+/// The inputs that a bake and shading need.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Needs {
     /// Distant light: an environment, disks or directional lights.
@@ -149,7 +149,7 @@ pub enum Check {
     Shader,
     /// Two bakes are bit-identical.
     Determinism,
-    /// Saved and loaded, it shades the same bits.
+    /// A bake that was saved and loaded shades the same bits.
     RoundTrip,
 }
 

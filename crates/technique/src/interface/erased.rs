@@ -1,4 +1,4 @@
-//! Techniques behind one type, whatever their factors: what the registry holds.
+//! Techniques behind one type, whatever the types of their factors: the registry's entries.
 
 use super::given::Given;
 use crate::certify::Report;
@@ -16,7 +16,7 @@ use steradian_light::Lights;
 
 /// A technique without its types.
 pub trait AnyTechnique: Send + Sync {
-    /// What the technique says of itself.
+    /// The technique's description of itself.
     fn card(&self) -> &'static Card;
     /// Its parameters.
     fn params(&self) -> &'static [ParamInfo];
@@ -42,8 +42,8 @@ pub trait AnyTechnique: Send + Sync {
         bake.certify(task)?;
         Ok(bake)
     }
-    /// [`AnyTechnique::bake`], of which no error is measured yet: the certificate says an infinite one,
-    /// estimated, until [`AnyBake::certify`]. For whoever bakes several to keep one.
+    /// [`AnyTechnique::bake`] without a measurement of the error: until [`AnyBake::certify`] the certificate
+    /// states an infinite one, as estimated. For callers that bake several techniques and keep one.
     fn draft(
         &self,
         lights: &Lights,
@@ -66,9 +66,9 @@ pub trait AnyBake: Send + Sync {
     fn card(&self) -> &'static Card;
     /// The error reached.
     fn certificate(&self) -> &Certificate;
-    /// Measures the error of a draft ([`AnyTechnique::draft`]), for [`AnyBake::certificate`]; nothing happens
-    /// where it is known. Views of the draft ([`AnyBake::with_view`]) that were made before do not learn of
-    /// it.
+    /// Measures the error of a draft ([`AnyTechnique::draft`]), for [`AnyBake::certificate`]; does nothing
+    /// where it is measured already. Views of the draft ([`AnyBake::with_view`]) that were made before keep
+    /// their certificate.
     fn certify(&self, task: &Task) -> Result<(), BakeError>;
     /// The parameters it was made with.
     fn params(&self) -> ParamValues;
@@ -83,31 +83,31 @@ pub trait AnyBake: Send + Sync {
     fn save(&self) -> TensorFile;
     /// The technique as plain data for a GPU.
     fn gpu(&self) -> GpuTechnique;
-    /// What [`AnyBake::frame`] changes of [`AnyBake::gpu`] and [`AnyBake::gpu_varied`], for
+    /// The uniforms that [`AnyBake::frame`] changes in [`AnyBake::gpu`] and [`AnyBake::gpu_varied`], for
     /// [`GpuTechnique::set_uniforms`]: no tables are copied. `None` where a frame changes more than uniforms.
     fn gpu_frame(&self) -> Option<Vec<Uniform>>;
-    /// Which data of [`AnyBake::gpu`], or of [`AnyBake::gpu_varied`] where `varied`, are filtered light;
-    /// `None` where others depend on the light too.
+    /// The data of [`AnyBake::gpu`], or of [`AnyBake::gpu_varied`] where `varied`, that are filtered light,
+    /// so that a device can refilter them; `None` where other data depend on the light too.
     fn light_tables(&self, varied: bool) -> Option<LightTables>;
-    /// What of each point's own lobe shading takes; the rest it leaves out.
+    /// The properties of each point's own lobe that shading uses; it ignores the other ones.
     fn varies(&self) -> Varies;
     /// Does shading read textures of its own ([`Technique::is_textured`])?
     fn is_textured(&self) -> bool;
     /// The technique as plain data for a GPU with a lobe per point; `None` where nothing varies.
     fn gpu_varied(&self) -> Option<GpuTechnique>;
-    /// The same bake with a frame of its own, so that several views shade it at a time. It shares everything
-    /// else.
+    /// This bake with a frame of its own, so that several views can be shaded at a time. It shares the data.
     fn with_view(&self, v: &View) -> Box<dyn AnyBake>;
-    /// Another light: only the light's factor and the link are baked again, the others are shared. This bake
-    /// stays as it is and may shade on meanwhile.
+    /// This bake under another light: only the light's factor and the link are baked again, the other factors
+    /// are shared. This bake stays valid and may shade meanwhile.
     fn with_light(&self, lights: &Lights, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
-    /// Another reflectance: only its factor, the transfer where it reads it, and the link are baked again.
+    /// This bake with another reflectance: only its factor, the transfer where it depends on it, and the link
+    /// are baked again.
     fn with_material(&self, material: &Material, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
-    /// Another geometry: only the transfer and the link are baked again.
+    /// This bake with another geometry: only the transfer and the link are baked again.
     fn with_geometry(&self, geometry: &Geometry, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
-    /// Another light, another reflectance or both, to look at while a bake of its own is under way: as
-    /// [`AnyBake::with_light`] and [`AnyBake::with_material`], but the error is not measured, and the
-    /// certificate is still the one of this bake.
+    /// This bake with another light, another reflectance or both, for display while a full bake is under way:
+    /// as [`AnyBake::with_light`] and [`AnyBake::with_material`], but the error is not measured, and the
+    /// certificate is still that of this bake.
     fn preview(
         &self,
         lights: Option<&Lights>,
@@ -232,12 +232,12 @@ struct Factors<T: Technique> {
 }
 
 impl<T: Technique> Factors<T> {
-    /// Those of `b`, shared.
+    /// The factors of `b`, shared.
     fn of(b: &Bake<T>) -> Self {
         Self { light: b.light.clone(), material: b.material.clone(), transfer: b.transfer.clone() }
     }
 
-    /// Links them; nothing is known of the error yet.
+    /// Links the factors, without a measurement of the error.
     fn uncertified(self, params: T::Params, task: &Task) -> Result<(Bake<T>, Report), BakeError> {
         let Self { light, material, transfer } = self;
         let parts = Parts::<T> { light: &light, material: &material, transfer: &transfer };
@@ -260,7 +260,7 @@ struct Baked<T: Technique> {
     view: View,
     geometry: Option<Geometry>,
     given: Given,
-    /// What a draft says of itself, and its certificate once that is measured.
+    /// The report of a draft, and its certificate once that is measured.
     report: Option<Report>,
     measured: OnceLock<Certificate>,
 }
@@ -282,8 +282,8 @@ impl<T: Technique> Baked<T> {
         Box::new(Self::new(bake, view, geometry, given))
     }
 
-    /// The factors with those baked again that another light or another reflectance changes, and what they
-    /// are made of.
+    /// The factors after a change of light or reflectance, those that depend on it baked again, and the
+    /// inputs that they were made from.
     fn changed(
         &self,
         lights: Option<&Lights>,
@@ -309,7 +309,7 @@ impl<T: Technique> Baked<T> {
         Ok((factors, given))
     }
 
-    /// This bake with other factors, seen as it is.
+    /// Links this bake's parameters with other factors, for the same view.
     fn relinked(
         &self,
         factors: Factors<T>,

@@ -3,7 +3,7 @@
 use steradian_base::{Cancelled, ParamError};
 use steradian_light::Unsound;
 
-/// Why a bake is refused or fails; one line that says what to do.
+/// Why a bake is refused or fails; its message is one line that says what to do.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BakeError {
     /// A parameter is unknown or out of range.
@@ -14,7 +14,7 @@ pub enum BakeError {
     Material {
         /// The technique.
         slug: &'static str,
-        /// Why not, and what to use instead.
+        /// The reason, and what to use instead.
         why: String,
     },
     /// The technique cannot take this light.
@@ -22,13 +22,13 @@ pub enum BakeError {
     Light {
         /// The technique.
         slug: &'static str,
-        /// Why not, and what to use instead.
+        /// The reason, and what to use instead.
         why: String,
     },
     /// Light that is not finite, or too strong.
     #[error(transparent)]
     Unsound(#[from] Unsound),
-    /// What came out is not finite, although light and reflectance are.
+    /// The result is not finite, although light and reflectance are.
     #[error("{slug}: the result is not finite; scale the light down, or use another technique")]
     NotFinite {
         /// The technique.
@@ -47,7 +47,7 @@ pub enum BakeError {
     Geometry {
         /// The technique.
         slug: &'static str,
-        /// Why not.
+        /// The reason.
         why: String,
     },
     /// The transfer that a file holds is not what the technique needs.
@@ -55,7 +55,7 @@ pub enum BakeError {
     Transfer {
         /// The technique.
         slug: &'static str,
-        /// Why not.
+        /// The reason.
         why: String,
     },
     /// The bake would need more memory than the task allows.
@@ -68,12 +68,12 @@ pub enum BakeError {
         /// Bytes allowed.
         allowed: u64,
     },
-    /// A saved bake that is not what this technique saves.
+    /// A saved bake of another form than this technique saves.
     #[error("not a bake of {slug}: {why}")]
     Load {
         /// The technique.
         slug: &'static str,
-        /// What is wrong.
+        /// The fault.
         why: String,
     },
     /// The caller asked to stop.

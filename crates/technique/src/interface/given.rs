@@ -7,7 +7,7 @@ use steradian_base::{Certificate, Task};
 use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_light::Lights;
 
-/// Light, reflectance and geometry as they were given, as far as they are known: a loaded bake has what its
+/// Light, reflectance and geometry as the caller gave them, where available: a loaded bake has only what its
 /// factors keep.
 #[derive(Clone, Default)]
 pub(super) struct Given {
@@ -17,8 +17,8 @@ pub(super) struct Given {
 }
 
 impl Given {
-    /// The error of `b`, of which the technique says `report`: shading against the integral of the inputs as
-    /// they came, not as the technique's factors hold them.
+    /// The certificate of `b`, whose technique reports `report`: shading is compared with the integral of the
+    /// original inputs, not of the inputs as the factors hold them.
     pub fn certificate<T: Technique>(
         &self,
         b: &Bake<T>,
@@ -33,7 +33,8 @@ impl Given {
         if c.error.is_finite() { Ok(c) } else { Err(BakeError::NotFinite { slug }) }
     }
 
-    /// `None` where light, reflectance or, where shading stands for shadows, the mesh are not known.
+    /// Measures the error. `None` where light, reflectance or, for techniques that shade with shadows, the
+    /// mesh are not available.
     fn measured<T: Technique>(
         &self,
         b: &Bake<T>,

@@ -1,4 +1,4 @@
-//! The other inputs of a bake and of a frame.
+//! The inputs of a bake and of a frame other than light.
 
 use glam::{Mat3, Vec3};
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use steradian_scene::Mesh;
 use steradian_scene::surface::Planes;
 use steradian_transfer::Saved;
 
-/// How a surface reflects. A base-colour texture multiplies the radiance that a technique returns and stays
+/// Reflectance of a surface. A base-colour texture multiplies the radiance that a technique returns and stays
 /// with the renderer.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
@@ -18,9 +18,10 @@ pub struct Material {
     /// Parameters of the reflectance that vary over the surface, for techniques that bake from textures;
     /// empty for a homogeneous surface.
     pub textures: Planes,
-    /// What the surface shows from every view under every light, for techniques that shade with it.
+    /// A bidirectional texture function, the radiance of the surface for every view and light, for techniques
+    /// that shade with it.
     pub apparent: Option<Arc<Btf>>,
-    /// Does a normal map, which stays with the renderer too, tilt the normals that are shaded off the mesh's?
+    /// Does the renderer's normal map tilt shading normals away from those of the mesh?
     pub bumpy: bool,
 }
 
@@ -59,8 +60,8 @@ pub struct Geometry {
     /// The material of each slot of the mesh ([`Mesh::materials`]), which interreflected light needs; slots
     /// beyond the end have the material that is baked.
     pub materials: Arc<[Material]>,
-    /// Transfer of the mesh's vertices that is known, as a file holds it: it is taken where the sites are
-    /// vertices, and no ray is cast, whatever precision a technique asks for.
+    /// Precomputed transfer of the mesh's vertices, read from a file. It is used where the sites are
+    /// vertices; then no ray is cast, whatever precision a technique asks for.
     pub transfer: Option<Arc<Saved>>,
 }
 
@@ -85,8 +86,8 @@ impl Geometry {
 pub enum Sites {
     /// Every vertex.
     Vertices,
-    /// The vertices of triangles in these slots of the mesh ([`Mesh::materials`]). The others keep their
-    /// numbers and shade as nothing in particular: black mostly.
+    /// The vertices of triangles in these slots of the mesh ([`Mesh::materials`]). All other vertices keep
+    /// their indices, but their shading is undefined, mostly black.
     Slots(Arc<[u32]>),
     /// Every texel of a texture atlas.
     Texels {
@@ -104,7 +105,7 @@ pub enum Sites {
     },
 }
 
-/// What changes from frame to frame.
+/// The state that changes from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     /// The viewer's position, metres.

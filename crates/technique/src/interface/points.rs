@@ -3,8 +3,8 @@
 use super::{PointChart, PointLobe};
 use glam::{Vec2, Vec3};
 
-/// A batch of surface points in world space; unit vectors away from the surface. All slices have one length,
-/// except those of `p`, `uv`, `chart`, `site` and `lobe`, which may be empty.
+/// A batch of surface points in world space; unit vectors point away from the surface. All slices have one
+/// length, except those of `p`, `uv`, `chart`, `site` and `lobe`, which may be empty.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Points<'a> {
     /// Normals.
@@ -17,7 +17,7 @@ pub struct Points<'a> {
     pub p: [&'a [f32]; 3],
     /// Texture coordinates.
     pub uv: [&'a [f32]; 2],
-    /// How texture coordinates lie on the surface, as [`PointChart::to_array`] orders its numbers; empty:
+    /// How texture coordinates lie on the surface, in the order of [`PointChart::to_array`]; where empty,
     /// along `n` and `t`.
     pub chart: [&'a [f32]; PointChart::LEN],
     /// Where transfer data were baked.
@@ -27,7 +27,7 @@ pub struct Points<'a> {
     pub lobe: [&'a [f32]; PointLobe::LEN],
 }
 
-/// Where the points lie among the sites of a bake: three site indices and two barycentric weights a point
+/// Positions of the points among the sites of a bake: three site indices and two barycentric weights a point
 /// (the third is 1 − u − v). A vertex is its own index three times.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SitesAt<'a> {
@@ -53,7 +53,7 @@ impl Points<'_> {
         !self.lobe[0].is_empty()
     }
 
-    /// Have all slices that must have one length that length?
+    /// Do all slices that must be of equal length have it?
     pub fn is_consistent(&self) -> bool {
         let len = self.len();
         let full = |s: &[f32]| s.len() == len;
@@ -114,7 +114,7 @@ impl PointsBuf {
         }
     }
 
-    /// Appends a point with a lobe of its own; points before it that have none get the material's.
+    /// Appends a point with a lobe of its own; earlier points without one get the material's lobe.
     pub fn push_lobe(&mut self, [n, t, wo, p]: [Vec3; 4], lobe: PointLobe) {
         self.push(n, t, wo, p);
         let (len, plain) = (self.len(), PointLobe::PLAIN.to_array());
@@ -125,7 +125,7 @@ impl PointsBuf {
     }
 
     /// Says where the point pushed last lies on its mesh: texture coordinates, the triangle's three vertices,
-    /// and the barycentric weights of the second and third. Points before it that were not told get zeros.
+    /// and the barycentric weights of the second and third. Earlier points without these data get zeros.
     pub fn locate(&mut self, uv: Vec2, corners: [u32; 3], weights: [f32; 2]) {
         let Some(last) = self.len().checked_sub(1) else { return };
         for (to, x) in
@@ -140,8 +140,8 @@ impl PointsBuf {
         }
     }
 
-    /// Says how texture coordinates lie on the surface at the point pushed last; those before it that were
-    /// not told get zeros.
+    /// Says how texture coordinates lie on the surface at the point pushed last; earlier points without these
+    /// data get zeros.
     pub fn chart(&mut self, chart: PointChart) {
         let Some(last) = self.len().checked_sub(1) else { return };
         for (to, x) in self.chart.iter_mut().zip(chart.to_array()) {
@@ -179,7 +179,7 @@ impl PointsBuf {
         self.slice(0..self.len())
     }
 
-    /// The batch of the points in `range` (cut to what there is).
+    /// The points in `range`, clamped to the batch.
     pub fn slice(&self, range: std::ops::Range<usize>) -> Points<'_> {
         let end = range.end.min(self.len());
         let start = range.start.min(end);
@@ -214,7 +214,7 @@ pub struct Radiance<'a> {
 }
 
 impl<'a> Radiance<'a> {
-    /// Radiance that goes to these planes.
+    /// Radiance that is written to these planes.
     pub fn of(rgb: &'a mut [Vec<f32>; 3]) -> Self {
         Self { rgb: rgb.each_mut().map(Vec::as_mut_slice) }
     }

@@ -12,9 +12,9 @@ use steradian_light::Lights;
 /// A published technique. Each factor of the integral bakes on its own, then [`Technique::link`] joins them:
 /// a changed factor rebakes alone.
 pub trait Technique: Send + Sync + 'static {
-    /// What the technique says of itself.
+    /// The technique's description of itself.
     const CARD: Card;
-    /// The files that parameters of the same names name; [`Material::textures`] has what they hold.
+    /// The texture files that parameters of the same names give; [`Material::textures`] has their contents.
     const PLANES: &'static [Plane] = &[];
     /// Parameters; commands and windows make their controls from them.
     type Params: Params;
@@ -24,13 +24,13 @@ pub trait Technique: Send + Sync + 'static {
     type Material: Part;
     /// The geometry's factor.
     type Transfer: Part;
-    /// What the factors give together.
+    /// Data made from the factors together.
     type Linked: Part;
     /// State of one frame: rotated light, a summed reflection map.
     type Frame: Default + Send + Sync;
 
-    /// Parameters with those settled that are left to the technique and follow from the material;
-    /// [`Bake::params`] are such. A material that changes later leaves them as they are.
+    /// The parameters, in which those that the user leaves to the technique have values that follow from the
+    /// material; [`Bake::params`] have them. They stay when the material is exchanged later.
     fn settled(p: Self::Params, m: &Material) -> Self::Params {
         let _ = m;
         p
@@ -44,18 +44,18 @@ pub trait Technique: Send + Sync + 'static {
         let _ = p;
         Self::CARD.needs.sites
     }
-    /// Does shading with these parameters stand for what the mesh blocks of its own light? Certificates then
-    /// hold it against paths through the mesh, and meshes are divided where shadows vary over them.
+    /// Does shading with these parameters include self-shadowing? Certificates then compare it with paths
+    /// through the mesh, and meshes are subdivided where shadows vary over them.
     fn self_shadowing(p: &Self::Params) -> bool {
         let _ = p;
         Self::CARD.needs.sites
     }
-    /// For techniques with sites: length of edges near an object, over its diagonal, above which a mesh
-    /// should be divided, whatever varies over it, because what is shaded is interpolated between vertices.
+    /// For techniques with sites: length of edges near an object, relative to its diagonal, above which a
+    /// mesh should be subdivided in any case, because shading is interpolated between vertices.
     const SPACING: f32 = 1.0 / 12.0;
-    /// Processor seconds of a bake with default parameters, without its certificate, under a photograph of
-    /// 1024 × 512 texels, about, in a build that is optimised: whoever looks for the best technique within a
-    /// time goes by it. The reflectance makes it several times as long where it takes long to evaluate.
+    /// Approximate processor seconds of a bake with default parameters, without its certificate, under a
+    /// photograph of 1024 × 512 texels, in an optimised build. The choice of the best technique within a time
+    /// budget uses it. A reflectance that is slow to evaluate makes the bake several times as long.
     const EFFORT: f64 = 0.5;
     /// Bakes the geometry; called with `None` only where [`Technique::needs_sites`] is false.
     fn transfer(
@@ -64,7 +64,7 @@ pub trait Technique: Send + Sync + 'static {
         p: &Self::Params,
         task: &Task,
     ) -> Result<Self::Transfer, BakeError>;
-    /// Joins the factors, and says what is known of the result without measuring it.
+    /// Joins the factors, and reports what is known of the result without a measurement.
     fn link(
         parts: Parts<'_, Self>,
         p: &Self::Params,
@@ -76,9 +76,9 @@ pub trait Technique: Send + Sync + 'static {
         let _ = b;
         true
     }
-    /// What certificates hold shading against: the integral of the reflectance, `None` where that is not
-    /// known. Techniques that stand for a variant of it, such as a published map without a cosine, say so
-    /// here.
+    /// The exact radiance that certificates compare shading with: the integral of the reflectance, `None`
+    /// where that is not available. Techniques that compute a variant of it, such as a published map without
+    /// the cosine, override this.
     fn target<'a>(b: &'a Bake<Self>, brdf: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
         let _ = b;
         brdf.map(|brdf| Target::Integral(Model::of(brdf)))
@@ -88,19 +88,19 @@ pub trait Technique: Send + Sync + 'static {
         let _ = p;
         false
     }
-    /// Is the transfer of one material that of another? Where it reads the material, techniques may say when
-    /// it is all the same.
+    /// Is the transfer baked for one material valid for another? Techniques whose transfer depends on the
+    /// material override this where it is.
     fn same_transfer(p: &Self::Params, before: &Self::Material, after: &Self::Material) -> bool {
         let _ = (before, after);
         !Self::transfer_reads_material(p)
     }
-    /// For techniques with sites: scattering events at surfaces that shading stands for, 1 for direct light
+    /// For techniques with sites: number of scattering events that shading includes, 1 for direct light
     /// alone.
     fn events(b: &Bake<Self>) -> u32 {
         let _ = b;
         1
     }
-    /// Another model that certificates state the error against, under this name.
+    /// A second model, with its name, against which certificates state the error too.
     fn also_against(b: &Bake<Self>) -> Option<(&'static str, Target<'_>)> {
         let _ = b;
         None
@@ -115,7 +115,7 @@ pub trait Technique: Send + Sync + 'static {
     }
     /// Outgoing radiance of a batch; n·wo ≤ 0 gives 0.
     fn shade(b: &Bake<Self>, f: &Self::Frame, q: &Points<'_>, out: &mut Radiance<'_>);
-    /// The same as plain data for a GPU.
+    /// The shading of a frame as plain data for a GPU.
     fn gpu(b: &Bake<Self>, f: &Self::Frame) -> GpuTechnique;
     /// The uniforms of [`Technique::gpu`] that frames change, to write in place of those of the same names;
     /// `None` where frames change more than uniforms. Techniques with tables say it themselves, so that none
@@ -123,8 +123,8 @@ pub trait Technique: Send + Sync + 'static {
     fn gpu_frame(b: &Bake<Self>, f: &Self::Frame) -> Option<Vec<Uniform>> {
         Some(Self::gpu(b, f).uniforms)
     }
-    /// Which data of [`Technique::gpu`], or of [`Technique::gpu_varied`] where `varied`, are filtered light,
-    /// where no others depend on the light: a device then makes them of changing light itself.
+    /// The data of [`Technique::gpu`], or of [`Technique::gpu_varied`] where `varied`, that are filtered
+    /// light, where no other data depend on the light: a device can then refilter changing light itself.
     fn light_tables(b: &Bake<Self>, varied: bool) -> Option<LightTables> {
         let _ = (b, varied);
         None
@@ -136,14 +136,15 @@ pub trait Technique: Send + Sync + 'static {
         let _ = b;
         Self::VARIES
     }
-    /// Does shading read textures of its own, at [`Points::uv`] and [`Points::chart`]? Light is then baked
-    /// whole, since what is shaded beside a bake has one reflectance everywhere.
+    /// Does shading read textures of its own, at [`Points::uv`] and [`Points::chart`]? Then no suns are
+    /// shaded exactly beside the bake, since that shading has one reflectance for the whole surface: all
+    /// light is baked.
     fn is_textured(b: &Bake<Self>) -> bool {
         let _ = b;
         false
     }
-    /// [`Technique::gpu`] with `fn shade_lobe(n, t, wo, p, lobe)` beside `shade` ([`crate::gpu::Entry`]);
-    /// `None` where nothing varies.
+    /// [`Technique::gpu`] with `fn shade_lobe(n, t, wo, p, lobe)` in addition to `shade`
+    /// ([`crate::gpu::Entry`]); `None` where shading ignores the point's lobe.
     fn gpu_varied(b: &Bake<Self>, f: &Self::Frame) -> Option<GpuTechnique> {
         let _ = (b, f);
         None
@@ -170,7 +171,7 @@ pub struct Bake<T: Technique + ?Sized> {
     pub material: Arc<T::Material>,
     /// The geometry's factor.
     pub transfer: Arc<T::Transfer>,
-    /// What the factors give together.
+    /// Data made from the factors together.
     pub linked: T::Linked,
     /// The error reached.
     pub certificate: Certificate,

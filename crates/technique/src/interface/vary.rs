@@ -1,5 +1,5 @@
-//! What may differ from point to point: the width of the lobe, the normals under the point, the colours of
-//! the reflectance, and how texture coordinates lie on the surface.
+//! Properties that may vary from point to point: the width of the lobe, the normals under the point, the
+//! colours of the reflectance, and how texture coordinates lie on the surface.
 
 /// A point's own lobe. [`PointLobe::PLAIN`] is the material's, with one normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,8 +9,8 @@ pub struct PointLobe {
     /// Added to alpha², albedo unchanged: twice the variance of the normals' slopes where it is taken as
     /// round (Olano & Baker 2010, *LEAN Mapping*: alpha'² = alpha² + 2σ²).
     pub widen: f32,
-    /// Least alpha of the lookup: what the pixel's own footprint in the reflection blurs (K06: the level is
-    /// the larger one of the roughness's and the minification's).
+    /// Least alpha of the lookup, by which the pixel's own footprint in the reflection blurs it (K06: the
+    /// level of the lookup is the larger of those of roughness and minification).
     pub least: f32,
     /// Covariance of the unit normals under the point about n, in the frame (t, n × t): tt, tb, bb.
     pub spread: [f32; 3],
@@ -28,13 +28,13 @@ impl PointLobe {
     /// Numbers of a lobe.
     pub const LEN: usize = 12;
 
-    /// alpha, widen, least, tt, tb, bb, albedo, f0.
+    /// The array alpha, widen, least, tt, tb, bb, albedo, f0.
     pub fn to_array(self) -> [f32; Self::LEN] {
         let ([tt, tb, bb], [r, g, b], [x, y, z]) = (self.spread, self.albedo, self.f0);
         [self.alpha, self.widen, self.least, tt, tb, bb, r, g, b, x, y, z]
     }
 
-    /// From [`PointLobe::to_array`].
+    /// The lobe of an array that [`PointLobe::to_array`] made.
     #[inline(always)]
     pub fn from_array([alpha, widen, least, tt, tb, bb, r, g, b, x, y, z]: [f32; Self::LEN]) -> Self {
         Self { alpha, widen, least, spread: [tt, tb, bb], albedo: [r, g, b], f0: [x, y, z] }
@@ -47,8 +47,7 @@ impl Default for PointLobe {
     }
 }
 
-/// How texture coordinates lie on the surface at a point: what techniques with data per texel need beside
-/// them.
+/// How texture coordinates lie on the surface at a point, for techniques with data per texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointChart {
     /// Unit normal of the surface itself, before any normal map, on the viewer's side.
@@ -57,7 +56,7 @@ pub struct PointChart {
     pub t: [f32; 3],
     /// 1 where the bitangent, against which v grows, is n × t, −1 where it is t × n.
     pub side: f32,
-    /// Side of the square in texture coordinates that the point stands for.
+    /// Side of the square, in texture coordinates, over which textures are averaged at the point.
     pub footprint: f32,
 }
 
@@ -65,20 +64,21 @@ impl PointChart {
     /// Numbers of a chart.
     pub const LEN: usize = 8;
 
-    /// n, t, side, footprint.
+    /// The array n, t, side, footprint.
     pub fn to_array(self) -> [f32; Self::LEN] {
         let ([nx, ny, nz], [tx, ty, tz]) = (self.n, self.t);
         [nx, ny, nz, tx, ty, tz, self.side, self.footprint]
     }
 
-    /// From [`PointChart::to_array`].
+    /// The chart of an array that [`PointChart::to_array`] made.
     #[inline(always)]
     pub fn from_array([nx, ny, nz, tx, ty, tz, side, footprint]: [f32; Self::LEN]) -> Self {
         Self { n: [nx, ny, nz], t: [tx, ty, tz], side, footprint }
     }
 }
 
-/// What of [`PointLobe`] a bake shades with. What it does not is left out, and whoever asks for it says so.
+/// The properties of [`PointLobe`] that a bake shades with. It ignores the other ones, and callers that set
+/// these report so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Varies {
     /// The width of the lobe; also where the reflectance has no width to vary.
@@ -97,7 +97,7 @@ impl Varies {
     /// Nothing.
     pub const NONE: Self = Self { alpha: false, normals: false, colours: false };
 
-    /// What of a surface with these properties is left out, in words.
+    /// Names, for messages, those properties of a surface that a bake ignores.
     pub fn left_out(self, roughness_map: bool, filtered_normals: bool, colours: bool) -> Vec<&'static str> {
         let all = [
             (colours && !self.colours, "the variation of base colour and metalness"),

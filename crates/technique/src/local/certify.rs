@@ -1,4 +1,4 @@
-//! The error of a local technique: its f · ⟨n·wi⟩ against what it stands for.
+//! The error of a local technique: its f · ⟨n·wi⟩ against the exact one.
 
 use super::Place;
 use glam::{DVec2, DVec3};
@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use steradian_brdf::Brdf;
 use steradian_sphere::sampling::{Pcg32, R2, hemisphere};
 
-/// Pairs of directions.
+/// Number of pairs of directions that are drawn.
 const PAIRS: u32 = 1 << 13;
 
 /// Relative RMS error √(∫∫|f̂ − f|²/∫∫|f|²) of f · ⟨n·wi⟩ over views and directions of light, both uniform in
@@ -33,7 +33,8 @@ pub struct Pair {
     pub weight: f64,
 }
 
-/// The pairs that errors are measured at, of `count` that are drawn, with their numbers; always the same.
+/// The pairs of directions at which errors are measured, with their indices: those of `count` drawn that lie
+/// above the surface. The same at every call.
 pub fn pairs(brdf: &dyn Brdf, count: u32) -> impl Iterator<Item = (u32, Pair)> {
     let (lattice, mut random) = (R2::default(), Pcg32::new(7, 11));
     (0..count).filter_map(move |k| {
@@ -46,8 +47,8 @@ pub fn pairs(brdf: &dyn Brdf, count: u32) -> impl Iterator<Item = (u32, Pair)> {
     })
 }
 
-/// The same over places of textures too, one for each pair of directions: place `k` of as many as are asked
-/// for. Directions are drawn about the surface's own normal.
+/// The error as in [`error`], of a reflectance that varies: pair `k` is evaluated at `place(k)` of the
+/// textures. Directions are drawn about the surface's own normal.
 pub fn error_at(
     brdf: &dyn Brdf,
     place: impl Fn(u32) -> Place,
@@ -57,7 +58,7 @@ pub fn error_at(
     error_of(pairs(brdf, PAIRS), place, exact, shaded)
 }
 
-/// The same at pairs of one's own choice.
+/// The error as in [`error_at`], at the given pairs.
 pub fn error_of(
     pairs: impl Iterator<Item = (u32, Pair)>,
     place: impl Fn(u32) -> Place,

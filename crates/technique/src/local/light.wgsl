@@ -1,10 +1,10 @@
 // Directional and point lights: eight numbers a light, as Light::row has them.
 struct LocalLight {
     d: vec3<f32>,
-    // 3e38 for a direction.
+    // Distance in metres; 3e38 for a directional light.
     distance: f32,
     e: vec3<f32>,
-    // Is it there? A point light is not at its own place.
+    // Does the light exist here? A point light does not shine on its own place.
     there: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Directional and point lights, and which light goes where.
+//! Directional and point lights, and the assignment of lights to techniques.
 
 use crate::View;
 use crate::direct::{Direct, Suns};
@@ -14,10 +14,10 @@ pub struct LocalLights {
     pub points: Vec<PointLight>,
 }
 
-/// What a technique bakes, what is shaded exactly, and what a local technique shades: each light is in one of
-/// them. Directional and point lights go to the local technique, whatever becomes of suns; disks and the
-/// environment go where [`crate::direct::split`] puts them. What surfaces reflect of directional lights stays
-/// with techniques that know reflections ([`Lights::apart`]).
+/// Splits the lights into those that a technique bakes, those that are shaded exactly, and those that a local
+/// technique shades. Directional and point lights go to the local technique, whatever `suns` says; disks and
+/// the environment are split by [`crate::direct::split`]. Interreflected light of directional lights stays
+/// with techniques that compute interreflection ([`Lights::apart`]).
 pub fn split(lights: &Lights, suns: Suns) -> (Lights, Direct, LocalLights) {
     let mut distant = lights.clone();
     let local = LocalLights {
@@ -39,7 +39,7 @@ impl LocalLights {
         self.directionals.is_empty() && self.points.is_empty()
     }
 
-    /// As lights of a scene.
+    /// These lights as [`Lights`] of a scene.
     pub fn as_lights(&self) -> Lights {
         Lights { directionals: self.directionals.clone(), points: self.points.clone(), ..Lights::default() }
     }
@@ -50,7 +50,7 @@ impl LocalLights {
         Direct { directionals, points, ..Direct::default() }.turned(view)
     }
 
-    /// In single precision, one after the other, turned with the light of a frame.
+    /// The lights in single precision, rotated with the light of the frame.
     pub fn rows(&self, view: &View) -> Vec<Light> {
         let direct = self.direct(view);
         let single = |v: [f64; 3]| v.map(|x| x as f32);

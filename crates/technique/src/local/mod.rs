@@ -2,10 +2,10 @@
 //!
 //! > L_o(x, wo) = Σ_l V_l(x) f̂(wi_l, wo) E_l,  E_l = I/r² of a point light, the irradiance of a directional one
 //!
-//! where f̂ is what a technique makes of f · ⟨n·wi⟩. Environments and disks stay with a [`crate::Technique`],
-//! and both parts add up: [`split`] gives every light to one of them. Light is never part of a local
-//! technique's tables, so lights may move in every frame. Units: radiance in W sr⁻¹ m⁻², intensity in W sr⁻¹,
-//! irradiance in W m⁻².
+//! where f̂ is a technique's approximation of f · ⟨n·wi⟩. Environments and disks stay with a
+//! [`crate::Technique`], and both parts add up: [`split`] gives every light to one of them. Light is never
+//! part of a local technique's tables, so lights may move in every frame. Units: radiance in W sr⁻¹ m⁻²,
+//! intensity in W sr⁻¹, irradiance in W m⁻².
 //!
 //! A local technique has [`crate::Capabilities::global`] off.
 
@@ -38,20 +38,20 @@ use steradian_relight::polynomial::Basis;
 use steradian_scene::Mesh;
 use steradian_scene::surface::NormalMap;
 
-/// What light Cards of local techniques have.
+/// The entry for light in the Cards of local techniques.
 pub const LIGHT: &str = "directional and point lights, exact";
-/// What shadows those have that cast none of their own.
+/// The entry for visibility in the Cards of local techniques without shadows of their own.
 pub const VISIBILITY: &str = "rays at each point where asked for";
-/// What each of them can do: as nothing of the light or of the mesh is in its tables, both may change.
+/// Capabilities of every local technique: neither light nor mesh is in its tables, so both may change.
 pub const CAPABILITIES: Capabilities =
     Capabilities { dynamic_lighting: true, dynamic_objects: true, ..Capabilities::NONE };
-/// What those need that shade point by point.
+/// Needs of local techniques that shade each point on its own.
 pub const NEEDS: Needs = Needs { environment: false, sites: false, uv: false, tangents: true, view: false };
-/// What those need that have data per texel.
+/// Needs of local techniques with data per texel.
 pub const NEEDS_TEXELS: Needs = Needs { uv: true, ..NEEDS };
 
-/// What the Cards of techniques have in common that tabulate f · ⟨n·wi⟩ of two directions: each states the
-/// rest of itself.
+/// Common fields of the Cards of techniques that tabulate f · ⟨n·wi⟩ of two directions; each Card fills in
+/// its own.
 pub const CARD: Card = Card {
     slug: "",
     title: "",
@@ -73,17 +73,17 @@ pub const fn near(statement: &'static str, brdf: &'static str) -> Claim {
     Claim::new(statement, shared::trials::lights::near_point, brdf, 1e-3)
 }
 
-/// The same under three directional lights.
+/// The claim of [`near`], under three directional lights.
 pub const fn far(statement: &'static str, brdf: &'static str) -> Claim {
     Claim::new(statement, shared::trials::lights::three_directionals, brdf, 1e-3)
 }
 
-/// Before the names of textures in saved bakes.
+/// Prefix of the names of textures in saved bakes.
 const PLANE: &str = "plane.";
 
 /// Tolerance of tables where the user gives none.
 const TOLERANCE: f64 = 1e-3;
-/// Entries a side, at least and at most, where the tolerance chooses.
+/// Fewest and most entries a side, where the tolerance decides.
 const SIDES: [usize; 2] = [64, 2048];
 
 /// Tables of `side` entries a side, by default of as many as the task's tolerance needs: their `error` is
@@ -112,20 +112,21 @@ pub fn tables<T>(
 /// f · ⟨n·wi⟩ of two local directions.
 pub type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;
 
-/// A technique for local light on surfaces whose reflectance is the same everywhere; others are
+/// A technique for local light on surfaces with one reflectance; techniques for textured surfaces are
 /// [`TexturedTechnique`]s.
 pub trait LocalTechnique: Send + Sync + Sized + 'static {
-    /// What the technique says of itself.
+    /// The technique's description of itself.
     const CARD: Card;
     /// Parameters.
     type Params: Params;
-    /// What it tabulates of the reflectance.
+    /// Its tables of the reflectance.
     type Tables: Send + Sync;
 
     /// Tabulates the reflectance, which [`Card::materials`] takes; to the task's tolerance where the
     /// technique chooses sizes.
     fn bake(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Tables, BakeError>;
-    /// Parameters with which shading needs no mesh, where [`LocalTechnique::needs_sites`] by others.
+    /// Parameters with which shading needs no mesh, for techniques that need one with others
+    /// ([`LocalTechnique::needs_sites`]).
     const PER_POINT: &'static [(&'static str, f64)] = &[];
     /// Does shading with these parameters need the mesh and each point's place on it?
     fn needs_sites(p: &Self::Params) -> bool {
@@ -139,7 +140,7 @@ pub trait LocalTechnique: Send + Sync + Sized + 'static {
     }
     /// Bytes that shading reads.
     fn bytes(t: &Self::Tables) -> usize;
-    /// What the tables stand for, against which the certificate states the error.
+    /// The f · ⟨n·wi⟩ that the tables approximate, against which the certificate states the error.
     fn stands_for<'a>(t: &'a Self::Tables, brdf: &'a dyn Brdf) -> FCos<'a> {
         let _ = t;
         Box::new(move |wi, wo| brdf.f_cos(wi, wo))
@@ -147,26 +148,27 @@ pub trait LocalTechnique: Send + Sync + Sized + 'static {
     /// f · ⟨n·wi⟩ of two unit directions in the frame of tangent, bitangent and normal, by the tables; wo is
     /// above the horizon.
     fn f_cos(t: &Self::Tables, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
-    /// The same as text for a GPU; `None` where the reflectance has none.
+    /// f · ⟨n·wi⟩ as text for a GPU; `None` where the reflectance has none.
     fn text(t: &Self::Tables) -> Option<LocalText>;
-    /// Shading under the lights of a frame. `mesh` is there where [`LocalTechnique::needs_sites`]; `shadowed`
-    /// says that shadows will be asked for.
+    /// Shading under the lights of a frame. `mesh` is given where [`LocalTechnique::needs_sites`]; `shadowed`
+    /// says that the caller will ask for shadows.
     fn lit(b: &LocalBaked<Self>, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError> {
         Ok(Box::new(PerPoint::<Self>::new(b, frame)))
     }
 }
 
-/// A local technique's functions as plain data for a GPU. All names begin with `local_`, so that they stand
-/// beside those of a technique for environments.
+/// A local technique's functions as plain data for a GPU. All names begin with `local_`, so that they do not
+/// clash with those of a technique for environments in the same shader.
 pub struct LocalText {
-    /// WGSL that defines `local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, or what
-    /// [`TexturedTechnique::text`] says.
+    /// WGSL that defines `local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, or the functions of
+    /// [`TexturedTechnique::text`].
     pub module: Cow<'static, str>,
     /// Its tables, called `local_…`.
     pub tables: Vec<Table>,
     /// Its uniforms, called `local_…`.
     pub uniforms: Vec<Uniform>,
-    /// Its buffers, called `local_…`; one at most beside that of the lights has room everywhere.
+    /// Its buffers, called `local_…`. One at most, next to that of the lights, fits the limits of all
+    /// devices.
     pub buffers: Vec<Buffer>,
 }
 
@@ -193,7 +195,7 @@ pub struct LocalFrame<'a> {
     pub view: &'a View,
     /// The mesh, for techniques that need sites.
     pub mesh: Option<&'a Mesh>,
-    /// Will shadows be asked for?
+    /// Will the caller ask for shadows?
     pub shadowed: bool,
 }
 
@@ -215,8 +217,8 @@ pub trait LocalShading: Send + Sync {
     /// nothing, and point lights give nothing where the batch has no positions. Without positions shadows are
     /// left out.
     fn add(&self, shadows: Option<Shadows<'_>>, q: &Points<'_>, out: &mut Radiance<'_>);
-    /// The same, unshadowed, as plain data for a GPU; all its names begin with `local_` ([`beside`]). `None`
-    /// where the reflectance has no text for GPUs.
+    /// The shading, unshadowed, as plain data for a GPU; all its names begin with `local_` ([`beside`]).
+    /// `None` where the reflectance has no text for GPUs.
     fn gpu(&self) -> Option<GpuTechnique>;
     /// The error reached.
     fn certificate(&self) -> &Certificate;
@@ -228,21 +230,21 @@ pub trait LocalShading: Send + Sync {
 
 /// A local technique without its types.
 pub trait AnyLocal: Send + Sync {
-    /// What the technique says of itself.
+    /// The technique's description of itself.
     fn card(&self) -> &'static Card;
     /// Its parameters.
     fn params(&self) -> &'static [ParamInfo];
     /// Does shading with these parameters need a mesh? Parameters that are refused need none.
     fn needs_sites(&self, params: &ParamValues) -> bool;
-    /// Parameters with which it needs no mesh, where it needs one by others.
+    /// Parameters with which a technique that needs a mesh with others does without one.
     fn per_point(&self) -> &'static [(&'static str, f64)];
-    /// The files that its parameters name: what they hold is among the material's textures under the same
-    /// names.
+    /// The texture files that its parameters give; their contents are among the material's textures under the
+    /// same names.
     fn planes(&self) -> &'static [Plane];
-    /// What the sums of its [`Content::Polynomials`] are made of with these parameters.
+    /// The basis of the sums in its [`Content::Polynomials`], with these parameters.
     fn basis(&self, params: &ParamValues) -> Basis;
-    /// Tabulates a material; refuses what the Card does not take. Techniques that need sites read of a
-    /// geometry the mesh and the materials of its slots.
+    /// Tabulates a material; refuses those that the Card does not accept. Techniques that need sites read
+    /// only the mesh of a geometry and the materials of its slots.
     fn bake(
         &self,
         material: &Material,
@@ -270,14 +272,14 @@ pub trait LocalBake: Send + Sync {
     fn is_textured(&self) -> bool;
     /// Bytes that shading reads.
     fn bytes(&self) -> usize;
-    /// The normals that it shades with, for whatever shades the other light; `None` where they are the
-    /// surface's own.
+    /// The normals that it shades with, so that the shading of all other light uses them too; `None` where
+    /// they are the surface's own.
     fn normals(&self) -> Option<Arc<NormalMap>>;
     /// f · ⟨n·wi⟩ of two unit directions in the local frame; of techniques with data per texel at (0, 0).
     fn f_cos(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
         self.f_cos_at(Place::default(), wi, wo)
     }
-    /// f · ⟨n·wi⟩ at a place of the textures, with what bumps hide of the light.
+    /// f · ⟨n·wi⟩ at a place of the textures, times the part of the light that bumps leave.
     fn f_cos_at(&self, at: Place, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
     /// Shading under the lights of a frame; refuses where a mesh is needed and missing.
     fn lit(&self, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError>;
@@ -431,7 +433,7 @@ impl<T: TexturedTechnique> LocalBake for LocalBaked<T> {
     }
 }
 
-/// What local techniques shade with on a GPU: the loop over the lights, which calls `local_f_cos`.
+/// The description for a GPU: the loop over the lights, which calls `local_f_cos`.
 pub fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTechnique {
     let run = if card.needs.uv { include_str!("textured.wgsl") } else { include_str!("local.wgsl") };
     let mut technique = run_by(card.slug, text, lights, (run, card.needs.uv));
@@ -439,7 +441,7 @@ pub fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTechnique
     technique
 }
 
-/// The same by another loop over the lights, which may take a site.
+/// As [`technique`], with another loop over the lights, which may take a site.
 pub fn run_by(
     slug: &'static str,
     text: LocalText,
@@ -464,8 +466,8 @@ pub fn run_by(
     }
 }
 
-/// One description of both: `technique` for environment and disks, and `local` ([`LocalShading::gpu`]) for
-/// the other lights.
+/// Merges two descriptions: `technique` for environment and disks, and `local` ([`LocalShading::gpu`]) for
+/// directional and point lights.
 pub fn beside(technique: GpuTechnique, local: GpuTechnique) -> GpuTechnique {
     let (one, other) = (technique.entry, local.entry);
     let entry =

@@ -1,4 +1,4 @@
-//! The loop over points and lights; `local.wgsl` and `textured.wgsl` have the same.
+//! The loop over points and lights; `local.wgsl` and `textured.wgsl` have the same loops for GPUs.
 
 use super::{Light, LocalBaked, LocalFrame, LocalShading, Place, TexturedTechnique, technique};
 use crate::direct::Shadows;
@@ -17,7 +17,7 @@ pub struct PerPoint<T: TexturedTechnique> {
 }
 
 impl<T: TexturedTechnique> PerPoint<T> {
-    /// Under the lights of a frame.
+    /// Prepares the shading of points under the lights of a frame.
     pub fn new(b: &LocalBaked<T>, frame: &LocalFrame<'_>) -> Self {
         Self {
             tables: b.tables.clone(),
@@ -27,8 +27,8 @@ impl<T: TexturedTechnique> PerPoint<T> {
     }
 }
 
-/// Normal, tangent, side of the bitangent and footprint of point `i`; with `charted` those of its chart,
-/// where it has one.
+/// Normal, tangent, side of the bitangent and footprint of point `i`; where `charted`, those of the texture's
+/// chart, if the point has one.
 #[inline(always)]
 fn chart(q: &Points<'_>, charted: bool, i: usize) -> PointChart {
     let at = |v: &[&[f32]; 3]| v.map(|s| s[i]);

@@ -14,11 +14,11 @@ use steradian_scene::surface::{NormalMap, Texture};
 pub struct Place {
     /// Texture coordinates.
     pub uv: [f32; 2],
-    /// Side of the square in texture coordinates that the point stands for.
+    /// Side of the square, in texture coordinates, over which textures are averaged.
     pub footprint: f32,
 }
 
-/// What a file holds that a parameter of a technique names.
+/// The kind of data in a file that a technique's parameter names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Content {
     /// Heights from 0 (black) to 1 (white), in every channel.
@@ -37,15 +37,15 @@ pub enum Content {
     Bidirectional,
 }
 
-/// A file that a technique reads: a parameter of the same name says which, and [`Material::textures`] has
-/// what it holds under that name.
+/// A file that a technique reads: the parameter of the same name gives its path, and [`Material::textures`]
+/// has its contents under that name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
     /// The parameter.
     pub name: &'static str,
-    /// What the file holds.
+    /// The kind of data in the file.
     pub content: Content,
-    /// Smallest and largest number that is taken.
+    /// Smallest and largest number accepted.
     pub range: [f32; 2],
     /// Channels that are read, from red on.
     pub channels: usize,
@@ -57,13 +57,14 @@ impl Plane {
         Self { name, content, range: [f32::NEG_INFINITY, f32::INFINITY], channels: 3 }
     }
 
-    /// With numbers from `least` to `most` in the first channels, and no others.
+    /// Restricts the file to numbers from `least` to `most` in its first `channels` channels; the others are
+    /// not read.
     #[must_use]
     pub const fn within(self, least: f32, most: f32, channels: usize) -> Self {
         Self { range: [least, most], channels, ..self }
     }
 
-    /// Column and row of the first texel of a texture whose number is not taken, and the number.
+    /// Column and row of the first texel of a texture that has a number out of range, and that number.
     pub fn beyond(&self, t: &Texture) -> Option<([usize; 2], f32)> {
         let ([least, most], (width, _, texels)) = (self.range, t.levels().next()?);
         let bad = |v: &&f32| !(least..=most).contains(*v);
@@ -72,7 +73,8 @@ impl Plane {
     }
 }
 
-/// The name of a file as a technique's parameter has it: it says which plane of the material it stands for.
+/// The name of a file as the value of a technique's parameter; the contents are in the plane of the material
+/// that has the parameter's name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileName(pub PathBuf);
 
@@ -88,30 +90,31 @@ impl Field for FileName {
 
 /// A technique for local light whose data may differ from texel to texel. Directions are those of the frame
 /// of tangent, bitangent and normal of the surface itself, before any normal map; u grows along the tangent,
-/// v against the bitangent. Points without texture coordinates are shaded as at (0, 0): who has none asks
-/// [`crate::Needs::uv`] first.
+/// v against the bitangent. Points without texture coordinates are shaded as at (0, 0); callers without
+/// coordinates check [`crate::Needs::uv`] first.
 pub trait TexturedTechnique: Send + Sync + Sized + 'static {
-    /// What the technique says of itself.
+    /// The technique's description of itself.
     const CARD: Card;
     /// The files that its parameters name.
     const PLANES: &'static [Plane];
     /// Parameters.
     type Params: Params;
-    /// What it tabulates of the material.
+    /// Its tables of the material.
     type Tables: Send + Sync;
-    /// What it looks up once a point, for all lights.
+    /// Values looked up once a point, for all lights.
     type Texel: Copy;
 
     /// Tabulates the material, whose reflectance [`Card::materials`] takes.
     fn bake(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Tables, BakeError>;
-    /// Parameters with which shading needs no mesh, where [`TexturedTechnique::needs_sites`] by others.
+    /// Parameters with which shading needs no mesh, for techniques that need one with others
+    /// ([`TexturedTechnique::needs_sites`]).
     const PER_POINT: &'static [(&'static str, f64)] = &[];
     /// Does shading with these parameters need the mesh and each point's place on it?
     fn needs_sites(p: &Self::Params) -> bool {
         let _ = p;
         false
     }
-    /// The tables with what they hold of a mesh, where shading needs one; its sites are the vertices.
+    /// Completes the tables with data of a mesh, where shading needs one; the sites are its vertices.
     fn transfer(
         t: Self::Tables,
         m: &Material,
@@ -122,7 +125,7 @@ pub trait TexturedTechnique: Send + Sync + Sized + 'static {
         let _ = (m, g, p, task);
         Ok(t)
     }
-    /// What the sums of [`Content::Polynomials`] are made of.
+    /// The basis of the sums in [`Content::Polynomials`].
     fn basis(p: &Self::Params) -> Basis {
         let _ = p;
         Basis::default()
@@ -134,7 +137,7 @@ pub trait TexturedTechnique: Send + Sync + Sized + 'static {
     }
     /// Bytes that shading reads.
     fn bytes(t: &Self::Tables) -> usize;
-    /// The normals that it shades with, for whatever shades the other light.
+    /// The normals that it shades with, so that the shading of all other light uses them too.
     fn normals(t: &Self::Tables) -> Option<Arc<NormalMap>> {
         let _ = t;
         None
@@ -149,23 +152,23 @@ pub trait TexturedTechnique: Send + Sync + Sized + 'static {
         let _ = from;
         Ok(None)
     }
-    /// Do tables of its own differ from texel to texel?
+    /// Do its own tables differ from texel to texel?
     fn varies(t: &Self::Tables) -> bool {
         let _ = t;
         false
     }
-    /// What its error is, in a certificate's words.
+    /// Definition of the stated error, as certificates print it.
     const METRIC: &'static str =
         "relative RMS error of f cos over texels and directions of light and view, of one local light";
-    /// Its error against what the tables stand for.
+    /// The error of the tables against the f · ⟨n·wi⟩ that they approximate.
     fn error(t: &Self::Tables, m: &Material) -> f64;
-    /// What a point has, seen from the unit direction `wo` above the surface.
+    /// Looks up the values of a point, seen from the unit direction `wo` above the surface.
     fn texel(t: &Self::Tables, at: Place, wo: [f32; 3]) -> Self::Texel;
-    /// f · ⟨n·wi⟩ at a point, with what the bumps hide of the light, of two unit directions.
+    /// f · ⟨n·wi⟩ at a point, for unit directions, times the part of the light that bumps leave.
     fn f_cos(t: &Self::Tables, x: &Self::Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
-    /// The same as text for a GPU: `local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel`
-    /// and `local_f_cos(x: LocalTexel, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`; `None` where the
-    /// reflectance has none.
+    /// `texel` and `f_cos` as text for a GPU: `local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) ->
+    /// LocalTexel` and `local_f_cos(x: LocalTexel, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`; `None` where
+    /// the reflectance has none.
     fn text(t: &Self::Tables) -> Option<LocalText>;
     /// Shading under the lights of a frame.
     fn lit(b: &LocalBaked<Self>, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError> {
@@ -173,10 +176,10 @@ pub trait TexturedTechnique: Send + Sync + Sized + 'static {
     }
 }
 
-/// What the error of a technique is whose texels are all alike.
+/// Definition of the stated error of techniques with one reflectance for the whole surface.
 const METRIC: &str = "relative RMS error of f cos over directions of light and view, of one local light";
 
-/// Where the reflectance is the same everywhere, so are the texels.
+/// A technique with one reflectance is a textured one with nothing to look up.
 impl<T: LocalTechnique> TexturedTechnique for T {
     const CARD: Card = <T as LocalTechnique>::CARD;
     const PLANES: &'static [Plane] = &[];

@@ -1,5 +1,6 @@
 
-// The loop over directional and point lights, of a technique with data per texel, in the frame of the surface itself.
+// The loop over directional and point lights, for a technique with data per texel, in the frame of the
+// surface itself.
 fn local_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site: Site) -> vec3<f32> {
     let frame = transpose(mat3x3<f32>(site.t.xyz, site.t.w * cross(site.n, site.t.xyz), site.n));
     let o = frame * wo;

@@ -1,5 +1,5 @@
-//! What techniques share: techniques never import techniques. A folder each for the factors that techniques
-//! multiply (light, material, geometry, surface), and for what shading needs of tables, points and numbers.
+//! Code that several techniques share: techniques never import techniques. There is a folder for each factor
+//! that techniques multiply (light, material, geometry, surface), and more for tables, points and numbers.
 
 pub mod geometry;
 pub mod light;

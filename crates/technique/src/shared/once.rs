@@ -1,10 +1,10 @@
-//! Data that only some pictures need, made when the first point asks.
+//! Data that only some pictures need, made on first use.
 
 use std::sync::OnceLock;
 
-/// The value of `cell`, made by `make` where it is missing. Safe within a parallel loop whose other threads
-/// ask at the same time: `make` runs on threads of its own, so that none of those that wait here is needed to
-/// finish it (and none of them takes up, while it waits, a piece of the loop that asks again).
+/// The value of `cell`, made by `make` where it is missing. Safe within a parallel loop in which several
+/// threads call it at once: `make` runs on threads of its own, so that it never waits for a thread that waits
+/// here, and a thread that waits here does not pick up another piece of the loop, which could call it again.
 pub fn get<R: Send + Sync>(cell: &OnceLock<R>, make: impl FnOnce() -> R + Send) -> &R {
     cell.get_or_init(|| {
         let alone = || match rayon::ThreadPoolBuilder::new().build() {

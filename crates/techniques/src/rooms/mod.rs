@@ -1,4 +1,4 @@
-//! The techniques. Techniques never import techniques: what two share moves down a layer.
+//! The techniques. Techniques never import techniques: code that two of them share moves to the crate below.
 
 pub mod ambient;
 pub mod analytic_decomposition;

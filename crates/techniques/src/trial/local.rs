@@ -1,4 +1,4 @@
-//! The same of techniques for local light: directions, a groove in closed form, bakes.
+//! Common code of the tests of techniques for local light: directions, a groove in closed form, bakes.
 
 use crate::{LocalBake, Material, find_local};
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! What the checks share: probe points, bakes, the reference.
+//! Common code of the checks: probe points, bakes, the reference.
 
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -16,8 +16,8 @@ use steradian_techniques::{
     AnyBake, AnyTechnique, Check, Geometry, Material, PointsBuf, Radiance, Sites, registry,
 };
 
-/// Techniques that are put to `check`; the others are printed with their Card's reason.
-/// `STERADIAN_TECHNIQUES=split_sum,shrm` tries these alone.
+/// Techniques to which `check` applies; for all others the reason in their Card is printed.
+/// `STERADIAN_TECHNIQUES=split_sum,shrm` restricts them to these.
 pub fn techniques(check: Check) -> impl Iterator<Item = &'static dyn AnyTechnique> {
     let only = std::env::var("STERADIAN_TECHNIQUES").ok();
     let asked = move |t: &&'static dyn AnyTechnique| {
@@ -37,8 +37,8 @@ pub fn material(spec: &str) -> Material {
     Material::new(steradian_brdf::parse(spec).expect("a specimen's spec"))
 }
 
-/// A bake with some parameters, of which no error is measured: to most checks it says nothing, and takes most
-/// of the time.
+/// A bake with these parameters, without a measurement of its error, which most checks do not use and which
+/// takes most of the time.
 pub fn draft(t: &dyn AnyTechnique, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let params: ParamValues = params.iter().copied().collect();
     let geometry = t.card().needs.sites.then(|| around(&[]));
@@ -52,9 +52,9 @@ pub fn certified(b: &dyn AnyBake) -> &Certificate {
     b.certificate()
 }
 
-/// Sites at points in the open: above a small ball that none of them sees, so that V ≡ 1 and a technique with
-/// sites is what it would be without them. Without points, the vertices of the ball, so many that radiance
-/// between them is nearly linear: certificates look at points between vertices.
+/// Sites at unoccluded points: above a small ball that none of them sees, so that V ≡ 1 and a technique with
+/// sites gives what it would give without them. Where `points` is empty, the vertices of the ball, so many
+/// that radiance between them is nearly linear, since certificates measure at points between vertices.
 pub fn around(points: &[ReferencePoint]) -> Geometry {
     let ball = Arc::new(shapes::icosphere(3));
     if points.is_empty() {
@@ -110,7 +110,7 @@ pub fn shared(t: &dyn AnyTechnique, name: &'static str, spec: &'static str) -> &
 /// `n` surface points: normals spread over the sphere, views from the normal to 80° off it.
 pub fn points(n: usize) -> Vec<ReferencePoint> {
     let point = |k: usize| {
-        // Another spiral than that of the techniques' own certificates.
+        // A spiral other than that of the techniques' own certificates.
         let normal = DMat3::from_rotation_x(0.7) * probe::direction(k, n);
         let level = Frame::from_normal(normal);
         // Not by the golden section, by which the normals' azimuths go round.
@@ -126,7 +126,7 @@ pub fn points(n: usize) -> Vec<ReferencePoint> {
     (0..n).map(point).collect()
 }
 
-/// The same points turned by `r`.
+/// `points` rotated by `r`.
 pub fn turned(points: &[ReferencePoint], r: DMat3) -> Vec<ReferencePoint> {
     let turn = |p: &ReferencePoint| ReferencePoint {
         frame: Frame { t: r * p.frame.t, b: r * p.frame.b, n: r * p.frame.n },
@@ -136,7 +136,7 @@ pub fn turned(points: &[ReferencePoint], r: DMat3) -> Vec<ReferencePoint> {
     points.iter().map(turn).collect()
 }
 
-/// What a bake shades at `points`.
+/// Radiance of a bake at `points`.
 pub fn shade(b: &dyn AnyBake, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
     let there = b.card().needs.sites.then(|| {
         b.with_geometry(&around(points), &Task::quiet().with_tolerance(None)).expect("points in the open")
@@ -170,11 +170,11 @@ pub fn difference(got: &[[f64; 3]], expected: &[[f64; 3]]) -> f64 {
 pub struct Found {
     /// Relative RMS error.
     pub error: f64,
-    /// Its standard error.
+    /// Standard error of `error`.
     pub sigma: f64,
 }
 
-/// Points of the kinds that certificates look at, and the reference's values there.
+/// Points of the kinds at which certificates compare, and the reference's values there.
 pub struct Judged {
     probes: Vec<probes::Probe>,
     points: Vec<ReferencePoint>,
@@ -205,7 +205,7 @@ impl Judged {
         let [error, energy] = all.iter().fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
         let energy = if energy > 0.0 { energy } else { 1.0 };
         let ratio = error / energy;
-        // Of a ratio of sums (Cochran 1977, eq. 6.13), and of its square root.
+        // Variance of a ratio of sums (Cochran 1977, eq. 6.13), and the standard error of its square root.
         let variance = all.iter().map(|[e, x]| (e - ratio * x).powi(2)).sum::<f64>() / (energy * energy);
         Found { error: ratio.sqrt(), sigma: 0.5 * (variance / ratio.max(f64::MIN_POSITIVE)).sqrt() }
     }

@@ -1,4 +1,5 @@
-//! Points with lobes of their own: techniques that say they vary do, and equal what they stand for.
+//! Points with lobes of their own: techniques that declare that they vary do so, and equal bakes of that
+//! lobe.
 
 use super::harness::*;
 use glam::{DVec3, Vec3};
@@ -85,7 +86,7 @@ fn spread_normals_are_the_mean_over_normals() {
                 let tilt = |p: &ReferencePoint| {
                     let n = p.frame.n + p.frame.t * (l11 * x) + p.frame.b * (l21 * x + l22 * y);
                     let n = n.normalize();
-                    // As renderers bend normals that turn away from the viewer.
+                    // Bent as renderers bend normals that turn away from the viewer.
                     let c = n.dot(p.wo);
                     let n = if c < 0.01 { (n + p.wo * (0.01 - c)).normalize() } else { n };
                     ReferencePoint { frame: steradian_sphere::Frame::from_normal(n), ..*p }

@@ -39,12 +39,12 @@ fn points(n: usize) -> Vec<ReferencePoint> {
     out
 }
 
-/// The same with views down to the horizon, as certificates have them.
+/// [`points`] with views down to the horizon, as certificates have them.
 fn to_the_horizon(n: usize) -> Vec<ReferencePoint> {
     let mut out = points(n);
     for p in &mut out {
         let wo = p.frame.to_local(p.wo);
-        // Those of the others have cosines down to 0.17.
+        // The cosines of [`points`] end at 0.17.
         let z = (1.0 - (1.0 - wo.z) / 0.83).max(1e-4);
         let s = ((1.0 - z * z) / (1.0 - wo.z * wo.z).max(1e-12)).sqrt();
         p.wo = p.frame.to_world(DVec3::new(s * wo.x, s * wo.y, z)).normalize();
@@ -133,9 +133,8 @@ fn errors_of_local_techniques_are_the_recorded_ones() {
                 let got = shade(&*b, &local(&light), &View::default(), &buffer(&points));
                 Found { error: difference(&got, &judged(&light, spec, &points)), sigma: 0.0 }
             }));
-            // What tables tabulate without another form is theirs up to the spacing of entries; a sum of
-            // products is as good as the tolerance asks, 1 % where none is given; a product is as good as its
-            // form.
+            // A table of the reflectance itself is exact up to the spacing of entries; a sum of products is
+            // as good as the tolerance, 1 % where none is given; a single product is as good as its form.
             let within = match t.card().slug {
                 _ if t.card().waived(Check::ExactWhen).is_some() => f64::INFINITY,
                 "separable_svd" => 1e-2,
@@ -178,10 +177,10 @@ fn errors_of_local_techniques_are_the_recorded_ones() {
     table::compare_with("local_errors.txt", &lines);
 }
 
-/// Technique, reflectance, what the record calls it with the parameters, and these.
+/// Technique, reflectance, the name of the case in the record, and its parameters.
 type Beside = (&'static str, &'static str, &'static str, &'static [(&'static str, f64)]);
 
-/// Parameters that are recorded beside the defaults.
+/// Parameters that are recorded in addition to the defaults.
 const BESIDE: [Beside; 3] = [
     ("polynomial_texture_map", "lambert:albedo=0.6", "lambert:albedo=0.6, basis=sh9", &[("basis", 1.0)]),
     ("polynomial_texture_map", "lambert:albedo=0.6", "lambert:albedo=0.6, basis=sh16", &[("basis", 2.0)]),
@@ -217,11 +216,11 @@ fn relief() -> Mesh {
     mesh
 }
 
-/// Texels of bumps that the technique has a texture of, each under a directional light of its own, with the
-/// lights, views and weights of certificates, against the reference about the bump's normal, by central
-/// differences, and a ray to the light through a mesh of the heights where the technique knows shadows. A few
-/// grazing views whose highlight is hidden, or should be, have most of the error: directions that are merely
-/// uniform miss them.
+/// Error on the texels of a bumpy texture, each under a directional light of its own, with the lights, views
+/// and weights of certificates. The reference evaluates the reflectance about the bump's normal, by central
+/// differences, and casts a ray to the light through a mesh of the heights where the technique has shadows.
+/// Most of the error is in a few grazing views whose highlight is hidden, or should be: uniform directions
+/// would miss them.
 fn on_bumps(t: &dyn AnyLocal, b: &dyn LocalBake, spec: &'static str) -> f64 {
     let n = specimens::SIDE;
     let bvh = Bvh::build(&relief());
@@ -272,7 +271,7 @@ fn many_directional_lights_are_a_furnace() {
     }
     let total: f64 = light.directionals.iter().map(|d| d.irradiance[0]).sum();
     assert!((total - 4.0 * PI).abs() < 1e-12);
-    // Normals on the axis of the rule, so that the horizon is between its rows.
+    // Normals on the axis of the product rule, so that the horizon lies between its rows.
     let points: Vec<ReferencePoint> = (0..40)
         .map(|k| {
             let (z, phi) = (0.3 + 0.7 * f64::from(k) / 40.0, f64::from(k) * 2.4);
@@ -384,7 +383,8 @@ fn a_light_on_the_surface_gives_finite_radiance() {
     }
 }
 
-/// Modules are valid WGSL, alone and beside a technique for environments; and two bakes have the same bits.
+/// Modules are valid WGSL, alone and merged with a technique for environments; and two bakes have the same
+/// bits.
 #[test]
 fn local_shaders_are_valid_and_bakes_repeat() {
     let other = super::harness::draft(
@@ -419,8 +419,7 @@ fn local_shaders_are_valid_and_bakes_repeat() {
     }
 }
 
-/// What is wrong is refused by name: parameters, reflectance, light that is not finite, a mesh that is
-/// missing.
+/// Faulty input is refused by name: parameters, reflectance, light that is not finite, a missing mesh.
 #[test]
 fn local_techniques_refuse_by_name() {
     for t in locals() {
@@ -440,7 +439,7 @@ fn local_techniques_refuse_by_name() {
     assert!(e.to_string().contains("needs a mesh with normals"), "{e}");
 }
 
-/// What is saved comes back to the same bits, of textures and of tables.
+/// A bake that was saved loads to the same bits, from textures and from tables.
 #[test]
 fn local_bakes_are_saved_and_loaded() {
     let at = |k: usize| Place { uv: [0.19 * k as f32, 0.37 * k as f32], footprint: 0.02 * k as f32 };

@@ -19,9 +19,9 @@ const LAYERED: usize = 60;
 const EVERY: usize = 25;
 /// Largest error relative to the stated one.
 const UNDER: f64 = 1.25;
-/// Probes of each kind; a case that fails with the first is held to what the second find. (One bright texel
-/// that a metal sees at grazing angles was .62 ± .09 with 256 where 1024 find .39 ± .05: few probes have more
-/// than their own spread tells.)
+/// Probes of each kind; a case that fails with the first number is repeated with the second. (One bright
+/// texel that a metal sees at grazing angles gave an error of .62 ± .09 with 256 probes where 1024 give .39 ±
+/// .05: with few probes the estimated deviation is too small.)
 const PROBES: [usize; 2] = [256, 2048];
 
 /// Numbers of Steele, Lea & Flood 2014, *Fast Splittable Pseudorandom Number Generators*.
@@ -100,7 +100,7 @@ fn light(kind: usize, r: &mut Random) -> Lights {
             if soft {
                 disks.push(DiskLight { radiance: tint.map(|t| t * l), ..disk });
             } else {
-                // As a photograph has it: every texel that it covers, at least one.
+                // Drawn as a photograph has it: every texel that the disk covers, at least one.
                 let near: Vec<(usize, usize)> = (0..2 * rows * rows)
                     .map(|k| (k % (2 * rows), k / (2 * rows)))
                     .filter(|(i, j)| {
@@ -211,8 +211,8 @@ fn photographed(width: usize, degrees: f64) -> Lights {
     .into()
 }
 
-/// Lights whose texels are as wide as the lobe: what is stated is what the reference, which knows texels
-/// alone, finds.
+/// Lights whose texels are as wide as the lobe: the stated error agrees with the reference, whose light is
+/// constant over texels.
 #[test]
 fn certificates_see_the_outline_of_texels() {
     let five = photographed(256, 5.0);
@@ -234,7 +234,8 @@ fn certificates_see_the_outline_of_texels() {
     }
 }
 
-/// No certificate states less than 1/1.25 of the error, beyond what the error itself is uncertain by.
+/// Certificates state at least 1/1.25 of the error, allowing for the uncertainty of the measured error
+/// itself.
 #[test]
 fn random_cases_err_by_what_is_stated() {
     let mut failures = Vec::new();

@@ -81,7 +81,7 @@ fn batches_that_do_not_fit_give_zero() {
 fn every_length_of_a_batch_shades_the_same() {
     on_every_isa(|| {
         let mut q = extreme_points();
-        // A lobe of its own for every other half of the batch: both of a technique's loops are run.
+        // A lobe of its own for every second half of the batch, so that both of a technique's loops run.
         let varied = PointLobe { spread: [4e-3, 1e-3, 2e-3], ..PointLobe::PLAIN };
         for t in registry() {
             let b = shared(*t, "tiny", t.card().specimens[0]);
@@ -106,8 +106,8 @@ fn every_length_of_a_batch_shades_the_same() {
     });
 }
 
-/// Every technique's module is valid WGSL. That it computes the same numbers needs an adapter: the gpu
-/// crate's tests.
+/// Every technique's module is valid WGSL. Whether it computes the same numbers is tested on a GPU, in the
+/// tests of `gpu`.
 #[test]
 fn shaders_are_valid() {
     for t in techniques(Check::Shader) {
@@ -133,7 +133,7 @@ fn shaders_are_valid() {
     }
 }
 
-/// What takes no more of the light than its mean looks the same however the light is turned.
+/// Techniques that use only the mean of the light, whose result does not change when the light is rotated.
 const TURNLESS: [&str; 1] = ["ambient"];
 
 /// A running picture gets a frame's uniforms alone: everything else of the technique stays.
@@ -249,7 +249,7 @@ fn edited(whole: &TensorFile, singles: usize) -> Vec<(String, TensorFile)> {
         let n: usize = tensor.shape.iter().product();
         add("reversed".into(), &|t| t.shape.reverse());
         for k in 0..tensor.shape.len() {
-            // All in one index, the others 1.
+            // One extent changed, all others 1.
             add(format!("along {k}"), &|t| {
                 t.shape.iter_mut().enumerate().for_each(|(i, x)| *x = if i == k { n } else { 1 })
             });
@@ -277,10 +277,10 @@ fn edited(whole: &TensorFile, singles: usize) -> Vec<(String, TensorFile)> {
     all
 }
 
-/// What a bake was edited to is refused or shaded, soon and without a panic.
+/// A bake whose file was edited is refused or shaded, quickly and without a panic.
 #[test]
 fn edited_bakes_end_well() {
-    // Of two points, on a machine that does other things too.
+    // Time limit of shading two points, on a machine that is busy.
     const MOST_TIME: Duration = Duration::from_secs(5);
     let mut faults = Vec::new();
     let mut q = PointsBuf::default();

@@ -1,5 +1,5 @@
-//! Techniques with sites where a mesh blocks light: a groove whose visibility is known in closed form, and a
-//! ball on a pedestal, judged by paths.
+//! Techniques with sites where a mesh blocks light: a groove whose visibility has a closed form, and a ball
+//! on a pedestal, compared with paths.
 
 use super::harness::*;
 use glam::{Affine3A, DMat3, DVec2, DVec3, Vec2, Vec3};
@@ -36,7 +36,7 @@ fn view(frame: &Frame, k: usize) -> DVec3 {
     frame.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), cosine))
 }
 
-/// What a bake shades there.
+/// Radiance of a bake at these points.
 fn shaded(b: &dyn AnyBake, points: &[At]) -> Vec<[f64; 3]> {
     let mut q = PointsBuf::with_capacity(points.len());
     for a in points {
@@ -69,7 +69,8 @@ impl Groove {
         [DVec3::new(s, c, 0.0), DVec3::new(-c, s, 0.0)]
     }
 
-    /// With so many strips along each wall, and vertices wherever `along` has one, in half lengths.
+    /// The groove as a mesh with `strips` strips along each wall, and vertices at each place of `along`, in
+    /// half lengths of the groove.
     fn mesh(&self, strips: usize, along: &[f64]) -> Mesh {
         let mut mesh = Mesh::default();
         for side in [1.0, -1.0] {
@@ -112,15 +113,15 @@ impl Groove {
         (geometry, (0..Self::PLACES * Self::VIEWS).map(at).collect())
     }
 
-    /// The angle under which the other wall is seen from the distance x: from the bottom up to its rim.
+    /// The angle that the opposite wall subtends from the distance x: from the bottom up to its rim.
     fn blocked(&self, x: f64) -> f64 {
         let [up, n] = self.wall();
         let rim = DVec3::new(-up.x, up.y, 0.0) - x * up;
         rim.dot(n).atan2(-rim.dot(up))
     }
 
-    /// Radiance of the points of [`Groove::sites`]: directions are visible above the angle that the other
-    /// wall takes, so that what is integrated is smooth.
+    /// Exact radiance of the points of [`Groove::sites`]: directions are visible above the angle of the
+    /// opposite wall, so that the integrand is smooth.
     fn exact(&self, light: &Lights, spec: &str, points: &[At]) -> Vec<[f64; 3]> {
         const N: usize = 160;
         let image = &light.environment.as_ref().expect("an image").image;
@@ -154,13 +155,13 @@ fn groove(degrees: f64) -> Groove {
     Groove { half: 0.5 * degrees.to_radians(), turn: DMat3::IDENTITY }
 }
 
-/// From the bottom the part of a half space's irradiance that the other wall takes is (1 + cos α)/2, and over
-/// the wall 1 − sin(α/2) in the mean: what the checks below take as exact has these.
+/// Seen from the bottom, the opposite wall has the form factor (1 + cos α)/2, and in the mean over the wall 1
+/// − sin(α/2): the checks below take these as exact.
 #[test]
 fn the_groove_has_its_form_factors() {
     for degrees in ANGLES {
         let g = groove(degrees);
-        // Of a strip that is seen between two angles from its own plane: ½ (cos − cos).
+        // Form factor of a strip between two angles from the plane of the observer: ½ (cos − cos).
         let seen = |x: f64| 0.5 * (1.0 - g.blocked(x).cos());
         assert!((seen(1e-9) - 0.5 * (1.0 + (2.0 * g.half).cos())).abs() < 1e-6, "{degrees}");
         let mean = (0..4000).map(|k| seen((f64::from(k) + 0.5) / 4000.0)).sum::<f64>() / 4000.0;
@@ -180,7 +181,7 @@ fn baked(t: &dyn AnyTechnique, light: &Lights, spec: &str, geometry: &Geometry) 
         .expect("a mesh with sites")
 }
 
-/// Prints an error and what was stated of it, and keeps it where it is larger than that.
+/// Prints an error and its bound, and records a failure where it exceeds the bound.
 fn judge(failures: &mut Vec<String>, name: String, error: f64, most: f64) {
     let line = format!("{name}: {error:.4} (at most {most:.4})");
     println!("{line}");
@@ -189,8 +190,8 @@ fn judge(failures: &mut Vec<String>, name: String, error: f64, most: f64) {
     }
 }
 
-/// On the walls of a groove the error is what certificates say, against visibility in closed form; other
-/// views than theirs may be twice as far off.
+/// On the walls of a groove the error is what certificates state, compared with visibility in closed form;
+/// twice as much is allowed, since the views are others.
 #[test]
 fn a_groove_is_shaded_as_certificates_say() {
     let mut failures = Vec::new();
@@ -214,7 +215,7 @@ fn a_groove_is_shaded_as_certificates_say() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// A groove that is turned with its light looks the same.
+/// A groove that is rotated together with its light looks the same.
 #[test]
 fn a_groove_turns_with_its_light() {
     let turn = DMat3::from_rotation_z(0.9) * DMat3::from_rotation_y(2.0) * DMat3::from_rotation_x(0.4);
@@ -235,14 +236,14 @@ fn a_groove_turns_with_its_light() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// What the walls of a groove reflect to each other once, under a constant light, is the sum over strips of
-/// their form factors.
+/// Light that the walls of a groove reflect to each other once, under a constant light, is the sum over
+/// strips of their form factors.
 #[test]
 fn a_groove_reflects_what_its_form_factors_say() {
     const N: usize = 800;
     const ALBEDO: f64 = 0.8;
-    // Wider than a right angle, so that vertices at the bottom, from which rays start off their wall, are
-    // before the other one.
+    // Wider than a right angle, so that vertices at the bottom, whose rays start off their own wall, lie in
+    // front of the opposite one.
     let groove = groove(120.0);
     // Between vertices radiance is linear: strips and, where nothing changes, few stretches along them.
     let (_, points) = groove.sites();
@@ -250,7 +251,7 @@ fn a_groove_reflects_what_its_form_factors_say() {
     let (p, n) = (points.iter().map(|a| a.p.as_vec3()), points.iter().map(|a| a.frame.n.as_vec3()));
     let geometry = Geometry::new(mesh, Sites::Points { p: p.collect(), n: n.collect() });
     let points: Vec<At> = (0..).zip(&points).map(|(k, a)| At { corners: [k; 3], ..*a }).collect();
-    // The part of a half space's irradiance that the other wall takes from its bottom to the distance y.
+    // Form factor of the opposite wall from its bottom to the distance y.
     let c = (2.0 * groove.half).cos();
     let seen = |x: f64, y: f64| 0.5 * (1.0 - (x - y * c) / (x * x + y * y - 2.0 * x * y * c).sqrt());
     let open = |x: f64| 1.0 - seen(x, 1.0);
@@ -305,8 +306,8 @@ fn over(mesh: &Mesh, count: usize) -> Vec<At> {
     (0..count).map(at).collect()
 }
 
-/// On a pedestal scene the error is what certificates say, at other points and views than theirs, against the
-/// path tracer; and what is saved and loaded shades the same.
+/// On a pedestal scene the error is what certificates state, at other points and views than theirs, compared
+/// with the path tracer; and a bake that was saved and loaded shades the same.
 #[test]
 fn a_ball_on_a_pedestal_is_shaded_as_certificates_say() {
     let mesh = pedestal();

@@ -6,12 +6,13 @@ use std::path::PathBuf;
 /// One measurement against the reference.
 pub struct Line {
     key: String,
-    /// At the points of every run.
+    /// Error found at the points that every run shades.
     found: f64,
     claimed: f64,
-    /// As precisely as the certificate is held to; measured where the table is recorded.
+    /// The measured error, as precisely as the comparison with the certificate needs; measured where the
+    /// table is recorded.
     precise: Found,
-    /// How uncertain the certificate is.
+    /// Standard error of the certificate's own measurement.
     uncertain: f64,
     /// Noise that the certificate states as part of the error.
     noise: f64,
@@ -43,7 +44,7 @@ impl Line {
         }
     }
 
-    /// A certificate that was measured beside paths states their noise too.
+    /// For a certificate measured against paths, which states their noise too.
     pub fn beside_paths(self, noise: Option<f64>) -> Self {
         match noise {
             Some(noise) => Self { uncertain: 2e-3, noise, ..self },
@@ -56,7 +57,7 @@ impl Line {
         format!("{} | {error:.5} | {sigma:.5} | {:.5} | {:.5}\n", self.key, self.claimed, self.found)
     }
 
-    /// What is wrong beside the recorded row.
+    /// The fault, compared with the recorded row.
     fn fault(&self, row: Option<&str>) -> Option<String> {
         let numbers: Option<Vec<f64>> =
             row.and_then(|r| r.split(" | ").map(|n| n.trim().parse().ok()).collect());
@@ -66,7 +67,7 @@ impl Line {
         if (self.found - before).abs() > 0.05 * before + 5e-4 {
             return Some(format!("{}: {:.5}, recorded {before:.5}", self.key, self.found));
         }
-        // A certificate is honest where it is within a factor of two of what the reference finds.
+        // A certificate passes where it is within a factor of two of the measured error.
         let noise = 3.0 * sigma + self.uncertain;
         let beyond_paths = (self.claimed.powi(2) - self.noise.powi(2)).max(0.0).sqrt();
         let honest = *error <= 2.0 * self.claimed + noise && error + noise >= 0.5 * beyond_paths;
@@ -81,8 +82,8 @@ fn path(file: &str) -> PathBuf {
 const HEAD: &str = "# technique | reflectance | light | relative RMS error against the reference | its standard error | as the \
                     certificate states | at the points of every run\n";
 
-/// The table with these lines; where some techniques alone were tried, with these in place of those of the
-/// same keys, and new ones at the end.
+/// The table with these lines; where only some techniques were run, these replace lines with their keys, and
+/// new ones go to the end.
 fn blessed(before: &str, lines: &[Line]) -> String {
     let mut text = String::from(HEAD);
     if std::env::var_os("STERADIAN_TECHNIQUES").is_none() {

@@ -1,4 +1,4 @@
-//! A file's levels beside what they should hold: samples, damage, errors as they are.
+//! A file's levels next to their expected contents: samples, damage, errors as they are.
 
 use crate::Input;
 use crate::kernel::Kernel;
@@ -16,17 +16,17 @@ use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage};
 
-/// Levels that are off by less may be as their baker made them, unless a cause shows clearly.
+/// Levels with a smaller error may be as their tool made them, unless a cause shows clearly.
 pub(super) const SMALL: f64 = 0.02;
 
-/// Levels of less perceptual roughness show detail.
+/// Levels of a perceptual roughness below this show detail.
 const SHARP: f64 = 0.25;
-/// How far a level's detail correlates at least with that of its light, by the perceptual roughness up to
-/// which the light is filtered. Of nine photographs in pairs, 256 × 128, unlike ones reach 0.32 under a
-/// mirror, 0.58 at 0.17 and 0.77 at 0.33 and 0.5 (one pair of skies with little but a sun reaches 0.84), and
-/// a light that was turned, made 8 times smaller, or clipped at 1 keeps 0.76 under a mirror.
+/// Least correlation of a level's detail with that of its light, by the perceptual roughness up to which the
+/// light is filtered. Of nine photographs in pairs, 256 × 128, different ones reach 0.32 under a mirror, 0.58
+/// at 0.17 and 0.77 at 0.33 and 0.5 (one pair of skies with little but a sun reaches 0.84), and a light that
+/// was rotated, made 8 times smaller, or clipped at 1 keeps 0.76 under a mirror.
 const LIKENESS: [(f64, f64); 3] = [(0.1, 0.5), (0.25, 0.62), (0.6, 0.8)];
-/// Levels of another light are off by more than this.
+/// Least error of levels of another light.
 const OFF: f64 = 0.15;
 
 /// A file's levels, prepared.
@@ -48,7 +48,7 @@ impl<'a> Bench<'a> {
     pub fn new(input: &'a Input<'a>, references: Vec<SphereImage>) -> Self {
         let (mut sound, mut marks, mut limits) = (Vec::new(), Vec::new(), Vec::new());
         let (mut samples, mut rounding, mut straight) = (Vec::new(), Vec::new(), Vec::new());
-        // Levels side by side; what is found is joined in their order.
+        // Levels in parallel; findings are joined in their order.
         let levels = input.levels.par_iter().zip(&references).enumerate();
         let looked: Vec<_> = levels
             .map(|(m, (image, reference))| {
@@ -65,7 +65,7 @@ impl<'a> Bench<'a> {
             input.levels.iter().zip(&references).zip(looked).enumerate()
         {
             marks.extend(fault);
-            // What the light itself never exceeds is no limit.
+            // A limit that the light itself never exceeds has no effect.
             let most = reference.planes.iter().flatten().fold(0.0f32, |a, v| a.max(*v));
             let limited = limited.filter(|(l, _)| most > 1.02 * l);
             marks.extend(limited.map(|(limit, texels)| Fault::Limited { level: m, limit, texels }));
@@ -79,7 +79,7 @@ impl<'a> Bench<'a> {
         Self { input, references, sound, limits, samples, rounding, straight, marks }
     }
 
-    /// Errors that a look at the texels names: steps of the format, or seams.
+    /// Faults that the texels show by themselves: steps of the format, or seams.
     pub fn plain_texture(&self) -> Option<Report> {
         let n = self.input.levels.len();
         let coarse = self.input.levels.iter().map(texture::steps).collect::<Option<Vec<_>>>();
@@ -100,7 +100,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// The report, with what was found where that is something else than expected.
+    /// The report, including the best hypothesis where that deviates from the expected one.
     pub fn report(
         &self,
         found: Option<(&Hypothesis, &[SphereImage])>,
@@ -185,7 +185,7 @@ impl<'a> Bench<'a> {
             return Ok(false);
         }
         let level = &self.input.levels[m];
-        // Turns move every texel, and detail is looked at in few.
+        // Turns move every texel, and detail is compared in few texels.
         let file = small(level);
         let like = |reference: &SphereImage, r: f64| {
             let least = LIKENESS.into_iter().find(|(most, _)| r < *most).map_or(f64::INFINITY, |l| l.1);
@@ -207,7 +207,7 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The image with a few times the texels that its detail is looked at in, where it has more.
+/// The image, reduced to a few times the texels in which detail is compared, where it has more.
 fn small(image: &SphereImage) -> Cow<'_, SphereImage> {
     let rows = 4 * orientation::SIDE;
     match image.layout {
@@ -219,7 +219,7 @@ fn small(image: &SphereImage) -> Cow<'_, SphereImage> {
     }
 }
 
-/// How file values become linear ones.
+/// Function from file values to linear ones.
 fn function(e: Encoding) -> fn(f64) -> f64 {
     match e {
         Encoding::Linear => |v| v,

@@ -1,4 +1,4 @@
-//! Which hypothesis explains the levels, or what the error that none explains is like.
+//! Choice of the hypothesis that explains the levels, or else a description of the unexplained error.
 
 use super::Search;
 use super::bench::SMALL;
@@ -11,12 +11,13 @@ use glam::DMat3;
 use steradian_base::{Cancelled, Task};
 use steradian_light::load::{PROFILES, Profile};
 
-/// ln of the factor by which a hypothesis has to explain more than those of another kind.
+/// ln of the factor by which a hypothesis must explain more than those of other kinds.
 const CLEARLY: f64 = 0.3;
-/// A hypothesis that leaves more than this, or than this part of what the file is off by, explains nothing.
+/// A hypothesis counts as an explanation only if its residual is below [`LEAVES`], or below this part
+/// ([`LEAVES_OF_ALL`]) of the file's error …
 const LEAVES: f64 = 0.04;
 const LEAVES_OF_ALL: f64 = 0.15;
-/// … nor does one that leaves more than this, however far off the file is.
+/// … and at most this, however large that error is.
 const LEAVES_MOST: f64 = 0.12;
 
 impl Search<'_, '_> {
@@ -74,7 +75,7 @@ impl Search<'_, '_> {
         ahead && best.score.residual < LEAVES.max((LEAVES_OF_ALL * all).min(LEAVES_MOST))
     }
 
-    /// What an error that no hypothesis explains is like.
+    /// Describes an error that no hypothesis explains.
     fn texture(&self, as_it_is: &Hypothesis, ranked: &[&Hypothesis]) -> Fault {
         let bench = self.bench;
         let residual = as_it_is.score.residual;

@@ -9,7 +9,7 @@ use crate::report::Encoding;
 use crate::scale::{self, Column, FORMS, Form, Moments, Score};
 use steradian_base::{Cancelled, Task};
 
-/// Widths that are tried per family, before the best one is refined.
+/// Widths that are tried per family before the best one is refined.
 const WIDTHS: usize = 20;
 
 impl Search<'_, '_> {
@@ -55,7 +55,7 @@ impl Search<'_, '_> {
         Ok(())
     }
 
-    /// Lists of kernels that come of another curve, or of counting levels wrongly.
+    /// Lists of kernels that follow from another curve, or from counting levels wrongly.
     fn curves(&self) -> Vec<(Rule, Vec<Kernel>)> {
         let expected = self.bench.input.expected;
         let Some(shape) = self.bench.input.law.shape() else { return Vec::new() };
@@ -105,7 +105,7 @@ impl Search<'_, '_> {
                     }
                 }
             }
-            // Another family's levels are all its own; of the expected one only those that gain by it.
+            // For another family all levels are fitted; for the expected one only those that gain by it.
             let gains = best.0 < 0.7 * wanted && wanted > FLOOR;
             if gains || (family != expected.family && expected != Kernel::NONE) {
                 free += 1;

@@ -1,4 +1,4 @@
-//! From levels to a report: what is right is said at once, else hypotheses are compared.
+//! From levels to a report: correct levels are accepted at once, else hypotheses are compared.
 
 mod bench;
 mod decide;
@@ -17,11 +17,11 @@ use glam::DMat3;
 use std::collections::HashMap;
 use steradian_base::{Cancelled, Task};
 
-/// Levels that are off by less are right: the sums behind hypotheses err by half of it.
+/// Levels with a smaller error are correct: the sums behind hypotheses have half of it.
 const RIGHT: f64 = 4e-3;
-/// Residuals below this are alike.
+/// Residuals below this count as equal.
 const FLOOR: f64 = 4e-3;
-/// Residuals above this never count as nothing, however much the light's texels leave open.
+/// Upper bound of the residual that counts as none, however uncertain the interpretation of texels is.
 const MOST_OPEN: f64 = 0.01;
 
 pub fn run(input: &Input<'_>, task: &Task) -> Result<Report, Cancelled> {
@@ -53,13 +53,14 @@ pub fn run(input: &Input<'_>, task: &Task) -> Result<Report, Cancelled> {
     search.decide(task)
 }
 
-/// All hypotheses, and what they are made of.
+/// All hypotheses, and their inputs.
 struct Search<'a, 'b> {
     bench: &'b Bench<'a>,
     tried: Vec<Hypothesis>,
-    /// Residuals below this are alike: what the meaning of a texel and the file's format leave open.
+    /// Residuals below this count as equal: the uncertainty from the interpretation of texels and from the
+    /// file's format.
     floor: f64,
-    /// Per level, what they leave open.
+    /// That uncertainty for each level.
     open: Vec<f64>,
     reading: Option<Reading>,
     /// The split sum's numbers by alpha.
@@ -101,15 +102,15 @@ impl<'a, 'b> Search<'a, 'b> {
         }
         task.advance(1);
         for m in 0..n {
-            // Means over texels are one reading of a level that is not filtered: the span of the others
+            // Means over texels are one reading of an unfiltered level: the spread of all other readings
             // counts.
             let spans = read
                 .iter()
                 .flat_map(|(_, a)| read.iter().map(|(_, b)| apart(&bench.samples[m], &a[m], &b[m])));
             out.open[m] = spans.fold(0.0, f64::max).hypot(bench.rounding[m]);
         }
-        // Of a level that is not filtered the reading that fits best is taken: it opens nothing for the
-        // others.
+        // For an unfiltered level the reading that fits best is taken: it adds no uncertainty to the
+        // remaining levels.
         let filtered = (0..n).filter(|&m| expected[m].zonal().is_some());
         let mean = filtered.map(|m| out.open[m].powi(2)).sum::<f64>() / n.max(1) as f64;
         out.floor = FLOOR.hypot(0.7 * mean.sqrt());
@@ -134,8 +135,8 @@ impl<'a, 'b> Search<'a, 'b> {
         Ok(out)
     }
 
-    /// Every hypothesis beside those of [`Search::straight`]: turned levels, then altered light, unless
-    /// something simpler explains everything.
+    /// Every hypothesis in addition to those of [`Search::straight`]: rotated levels, then altered light,
+    /// unless something simpler explains everything.
     fn all(&mut self, task: &Task) -> Result<(), Cancelled> {
         let (levels, expected) = (self.bench.input.levels, self.bench.input.expected);
         let samples = &self.bench.samples;
@@ -175,13 +176,13 @@ impl<'a, 'b> Search<'a, 'b> {
         Ok(())
     }
 
-    /// Does a hypothesis with hardly a free number leave nothing?
+    /// Does a hypothesis of at most three free numbers explain all of the error?
     fn explained(&self) -> bool {
         let best = self.best();
         best.score.residual < 1.2 * self.floor.min(MOST_OPEN) && best.free <= 3
     }
 
-    /// Turns that suit the levels better than none.
+    /// Turns that fit the levels clearly better than none does.
     fn turns(&self) -> Vec<Orientation> {
         let bench = self.bench;
         let pairs = || bench.input.levels.iter().zip(&bench.references);
@@ -242,7 +243,7 @@ fn halves(samples: &[Samples], columns: &[Column]) -> Vec<[Moments; 2]> {
     samples.iter().zip(columns).map(|(s, x)| Moments::halves(s, x)).collect()
 }
 
-/// How far two columns are apart, relative and weighted as the samples are.
+/// Difference of two columns, relative and weighted as the samples are.
 fn apart(s: &Samples, a: &Column, b: &Column) -> f64 {
     let (mut left, mut all) = (0.0, 0.0);
     for ((w, a), b) in s.weights.iter().zip(a).zip(b) {

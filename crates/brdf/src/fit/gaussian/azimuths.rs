@@ -29,7 +29,7 @@ fn is_even(brdf: &dyn Brdf) -> bool {
     })
 }
 
-/// The fit of the view along the normal as a view at azimuth `phi` has it.
+/// The fit of the view along the normal, turned into the frame of a view at azimuth `phi`.
 fn turned(top: &Fitted, phi: f64) -> Fitted {
     let turn = DMat3::from_rotation_z(-phi);
     let lobe = |l: &GaussianLobe| {
@@ -40,8 +40,8 @@ fn turned(top: &Fitted, phi: f64) -> Fitted {
     Fitted { lobes: top.lobes.iter().map(lobe).collect(), ..*top }
 }
 
-/// One azimuth: its slices by elevation, from the second on, what searches found at each, and the choice.
-/// [`Grid::align`] puts the lobes of all choices into one order.
+/// One azimuth: its slices by elevation, from the second on, the candidate fits at each, and the chosen one.
+/// [`Grid::align`] puts the lobes of all chosen fits into one order.
 #[derive(Clone)]
 struct Column {
     slices: Arc<Vec<Slice>>,
@@ -62,14 +62,14 @@ struct Beside<'a> {
     midway: Vec<&'a Slice>,
 }
 
-/// What is fitted where.
+/// The views that are fitted.
 struct Grid<'a> {
     brdf: &'a dyn Brdf,
     kind: Kind,
     diffuse: [f64; 3],
     /// N and M.
     size: [usize; 2],
-    /// After how many azimuths slices are the same again: M, or half of it.
+    /// Number of azimuths after which slices repeat: M, or half of it.
     half: usize,
     /// The slices between each elevation and the next, and between each azimuth and the next, made when they
     /// are needed.
@@ -77,19 +77,19 @@ struct Grid<'a> {
 }
 
 impl Grid<'_> {
-    /// The azimuth at a place of the grid, or between them: half a step beside planes that anisotropic
-    /// reflectance is often symmetric about, in which searches end on saddles.
+    /// The azimuth at index `j`, which may be fractional. It is half a step off the planes about which
+    /// anisotropic reflectance is often symmetric, since searches at these end on saddles.
     fn phi(&self, j: f64) -> f64 {
         2.0 * PI * (j + 0.5) / self.size[1] as f64
     }
 
-    /// At places of the grid, or between them.
+    /// The slice at a place of the grid; fractional indices lie between places.
     fn slice(&self, i: f64, j: f64) -> Slice {
         let view = [LAST * i / (self.size[0] - 1) as f64, self.phi(j)];
         Slice::new(self.brdf, self.diffuse, view, self.kind)
     }
 
-    /// Between a view and that of the next elevation (`way` 0) or azimuth (1).
+    /// The slice midway between a view and that of the next elevation (`way` 0) or azimuth (1).
     fn midway(&self, way: usize, i: usize, j: usize) -> &Slice {
         let j = j % self.half;
         let place = &self.midway[way][i * self.half + j];
@@ -97,16 +97,16 @@ impl Grid<'_> {
         place.get_or_init(|| self.slice(i as f64 + step[0], j as f64 + step[1]))
     }
 
-    /// What searches find at an azimuth.
+    /// The candidate fits of an azimuth.
     fn column(&self, j: usize, task: &Task) -> Result<Column, Cancelled> {
         let slices: Vec<Slice> = (1..self.size[0]).map(|i| self.slice(i as f64, j as f64)).collect();
         let found = chain::candidates(&slices, self.kind, task)?;
         Ok(Column { slices: Arc::new(slices), found, chosen: Vec::new() })
     }
 
-    /// The fit of the view along the normal, which all azimuths share: of the mean of what the next elevation
-    /// has, what a search from there finds and what searches find by themselves, the one that goes best with
-    /// that elevation.
+    /// The fit of the view along the normal, which all azimuths share. Candidates are the mean of the fits of
+    /// the next elevation, the result of a search started from that mean, and the results of independent
+    /// searches; the one that interpolates best with the next elevation is chosen.
     fn top(&self, columns: &[Column]) -> (Slice, Fitted) {
         let slice = Slice::new(self.brdf, self.diffuse, [0.0; 2], self.kind);
         let next: Vec<Fitted> =
@@ -182,8 +182,8 @@ impl Grid<'_> {
         beside.iter().any(|b| (0..column.chosen.len()).any(|i| one(b, i)))
     }
 
-    /// Chooses among what was found, and what searches from the neighbours find, so that little jumps towards
-    /// them.
+    /// Chooses among the candidates, and the results of searches from the neighbours' fits, so that
+    /// interpolation towards the neighbours jumps little.
     fn choose(&self, column: &mut Column, j: usize, beside: &[Beside<'_>]) -> Vec<Fitted> {
         let views = self.size[0] - 1;
         let rows = |count: usize| (0..count).into_par_iter().with_max_len(1);
@@ -208,9 +208,9 @@ impl Grid<'_> {
         path.iter().zip(&column.found).map(|(k, found)| found[*k].clone()).collect()
     }
 
-    /// Puts the lobes of all views into one order, so that what is interpolated is the same lobe. Around some
-    /// views lobes exchange their places; there no order serves all neighbours, and those are left out that
-    /// differ most, as at grazing views.
+    /// Puts the lobes of all views into one order, so that interpolation is between corresponding lobes.
+    /// Around some views lobes exchange their places, so that no order serves all neighbours; the pairs of
+    /// neighbours that differ most, as at grazing views, are then left inconsistent.
     fn align(&self, columns: &mut [Column]) {
         let (rows, count) = (self.size[0] - 1, columns.len());
         let of = |i: usize, j: usize| &columns[j].chosen[i].lobes;
@@ -255,9 +255,9 @@ impl Grid<'_> {
     }
 }
 
-/// Errors midway below it are no jumps.
+/// Errors midway below this do not count as jumps.
 const SMALL: f64 = 0.05;
-/// Times that the azimuths are gone round.
+/// Number of rounds over the azimuths.
 const ROUNDS: usize = 2;
 
 /// See [`GaussianFit::new`].
@@ -266,7 +266,7 @@ pub(super) fn fit(brdf: &dyn Brdf, plan: Plan, task: &Task) -> Result<GaussianFi
     let kind = Kind { lobes, keep, stretched: true, turned: true };
     let size = [plan.views.max(2), plan.azimuths.max(MIN_AZIMUTHS)];
     let count = size[1];
-    // Where half a turn changes nothing, half of the searches do.
+    // Where half a turn changes nothing, half of the searches suffice.
     let half = if count.is_multiple_of(2) && is_even(brdf) { count / 2 } else { count };
     let midway = [(); 2].map(|()| (0..size[0] * half).map(|_| OnceLock::new()).collect());
     let grid = Grid { brdf, kind, diffuse: chain::diffuse(brdf, kind), size, half, midway };
@@ -295,7 +295,7 @@ pub(super) fn fit(brdf: &dyn Brdf, plan: Plan, task: &Task) -> Result<GaussianFi
     grid.align(&mut columns);
     let (slice, top) = grid.top(&columns);
     let places = (0..size[0]).flat_map(|i| (0..count).map(move |j| (i, j)));
-    // Azimuths that half a turn apart are the same share their slices.
+    // Where azimuths half a turn apart are equivalent, they share their slices.
     let view = |(i, j): (usize, usize)| {
         let (column, phi) = (&columns[j], grid.phi(j as f64));
         let (report, lobes) = match i {
@@ -318,8 +318,8 @@ mod tests {
         Plan { lobes, views, azimuths, ..Plan::default() }
     }
 
-    /// Lobes beside the plane of incidence, swept along directions of their own, come back, and so does what
-    /// lies between the views.
+    /// A sum of lobes off the plane of incidence, swept along directions of their own, is recovered, also
+    /// between the views of the fit.
     #[test]
     fn lobes_that_are_there_are_found() {
         let known = |theta: f64, phi: f64| {

@@ -8,19 +8,19 @@ use std::borrow::Borrow;
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 
-/// Errors below it, squared, are as good as none.
+/// Squared relative errors below this count as 0.
 const FLOOR: f64 = 1e-5;
 /// Steps of searches that only compare diffuse parts.
 const SOME: usize = 8;
-/// What a jump between elevations of stretched lobes costs, beside its error.
+/// Cost of a jump between elevations of stretched lobes, relative to that of an error of its size.
 pub(super) const JUMP: f64 = 4.0;
 
-/// Of the possible diffuse parts the one with which the lobes of some views err least, in the geometric mean:
-/// grazing views err much more than others, whatever the diffuse part is. Round lobes by the error relative
-/// to the whole; stretched ones by that and by the error relative to what they stand for, since where a
-/// somewhat smaller diffuse part costs the whole next to nothing, they have a shape to fit instead of a
-/// remainder. None is more than what any of these views sends back: where the albedo is kept, nothing would
-/// be left of it for the highlight.
+/// Chooses the diffuse part with which the geometric mean of the lobes' errors at some views is least:
+/// grazing views have much larger errors than others, whatever the diffuse part is. For round lobes the error
+/// is relative to all of f_cos. For stretched ones it is the geometric mean of that and of the error relative
+/// to f_cos without the diffuse part: where a slightly smaller diffuse part hardly changes the first error,
+/// it leaves the lobes a definite shape to fit instead of a small remainder. No candidate exceeds the albedo
+/// of any of these views: where the albedo is kept, nothing would be left of it for the highlight.
 pub(super) fn diffuse(brdf: &dyn Brdf, kind: Kind) -> [f64; 3] {
     let views = [10.0f64, 35.0, 60.0, 75.0, 85.0].map(f64::to_radians);
     // An azimuth between those that anisotropic reflectance is often symmetric about.
@@ -108,8 +108,8 @@ pub(super) fn distinct(all: &mut Vec<Fitted>) {
     *all = kept;
 }
 
-/// Adds, where what is interpolated errs much more than what it lies between, the minima that searches from
-/// the neighbour on the path find. Is there any?
+/// Where interpolation between two slices has a much larger error than both, adds to each the minimum of a
+/// search started at the other's fit. Returns whether there were any.
 pub(super) fn mend(
     slices: &[Slice],
     found: &mut [Vec<Fitted>],
@@ -136,8 +136,8 @@ pub(super) fn least(all: Vec<Fitted>) -> Option<Fitted> {
     all.into_iter().reduce(|a, b| if b.error < 0.9999 * a.error { b } else { a })
 }
 
-/// The relative errors of what is interpolated midway between the candidates of each slice and those of the
-/// slice before: by slice, its candidates, and those before. `between` are the slices midway.
+/// The relative errors of interpolation midway between the candidates of each slice and those of the slice
+/// before: by slice, its candidates, and those before. `between` are the slices midway.
 pub(super) fn midways<S: Borrow<Slice> + Sync>(found: &[Vec<Fitted>], between: &[S]) -> Vec<Vec<Vec<f64>>> {
     let of = |i: usize| {
         let to = |f: &Fitted| found[i].iter().map(|b| midway(between[i].borrow(), b, f)).collect();
@@ -146,9 +146,9 @@ pub(super) fn midways<S: Borrow<Slice> + Sync>(found: &[Vec<Fitted>], between: &
     (0..between.len()).into_par_iter().with_max_len(1).map(of).collect()
 }
 
-/// One candidate of every slice, so that the sum of the relative errors (norms) at the slices and midway
-/// between them is least (Viterbi 1967), with jumps counted at `jump` times what they exceed: their places in
-/// `found`. `middles` are [`midways`]; `more` is what a candidate of a slice costs beside that.
+/// Chooses one candidate of every slice, so that the sum of the relative errors (norms) at the slices and
+/// midway between them is least (Viterbi 1967), where [`step`] weights jumps by `jump`; returns their indices
+/// in `found`. `middles` are [`midways`]; `more` is an additional cost of a slice's candidate.
 pub(super) fn smoothest(
     slices: &[Slice],
     found: &[Vec<Fitted>],
@@ -185,18 +185,18 @@ pub(super) fn smoothest(
     path
 }
 
-/// What an error midway costs, where the worse of the two that it lies between is `ends`.
+/// Cost of an error midway, where the larger of the errors at both ends is `ends`.
 pub(super) fn step(middle: f64, ends: f64, jump: f64) -> f64 {
     // Beyond a quarter more it is a jump.
     middle + jump * (middle - 1.25 * ends).max(0.0)
 }
 
-/// The relative error of what is interpolated midway between two fits.
+/// The relative error of interpolation midway between two fits.
 pub(super) fn midway(slice: &Slice, a: &Fitted, b: &Fitted) -> f64 {
     between(slice, &a.lobes, &order::after(&a.lobes, &b.lobes))
 }
 
-/// The same of lobes in one order.
+/// The relative error of interpolation midway between lobes that are in one order.
 pub(super) fn between(slice: &Slice, a: &[GaussianLobe], b: &[GaussianLobe]) -> f64 {
     let lobes: Vec<GaussianLobe> = a.iter().zip(b).map(|(a, b)| a.towards(b, 0.5)).collect();
     slice.norm(&lobes)

@@ -2,7 +2,7 @@
 //!
 //! Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for Environment Map
 //! Rendering*, eqs 3 and 8. With the diffuse part split off first, T_θo(δ) = (f − ρ_d/π) n·wi as a function
-//! of the place δ relative to the mirror direction r, and at each of N elevations of the view
+//! of the position δ relative to the mirror direction r, and at each of N elevations of the view
 //!
 //! **T_θo(δ) ≈ Σ_k w_k G_σk(μ_k − δ)**
 //!
@@ -16,11 +16,11 @@
 //! that density. 15 elevations of three lobes are 552 bytes in half precision, with the diffuse part in
 //! single.
 //!
-//! Anisotropic reflectance also depends on the azimuth of the view, and its lobes lie beside the plane of n
-//! and wo: a lobe has two angles of its mean, and a third that says along which direction it is swept. M
+//! Anisotropic reflectance also depends on the azimuth of the view, and its lobes may lie off the plane of n
+//! and wo: a lobe has two angles of its mean, and a third that gives the direction along which it is swept. M
 //! azimuths are equally spaced, 2π(j + ½)/M; between views the logarithm of the 2 × 2 covariance, which has
 //! widths and direction, is linear (Arsigny, Fillard, Pennec & Ayache 2006). Seen along the normal, one fit
-//! serves all azimuths, turned.
+//! serves all azimuths, rotated.
 //!
 //! The N elevations are equally spaced from 0 to [`LAST`], since at π/2 nothing is seen. In between (in θ_o)
 //! the logarithm of the two widths, the angle of the mean and the weights are linear; beyond the last
@@ -58,10 +58,10 @@ pub(crate) use swept::{Axes, Swept};
 
 /// The last elevation of a fit, radians: 89°.
 pub const LAST: f64 = 89.0 * PI / 180.0;
-/// Lobes at most.
+/// Most lobes.
 pub const MAX_LOBES: usize = 4;
 
-/// What is minimised.
+/// The objective of the fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Objective {
     /// Least squares under the condition that the weights of each channel sum to its albedo.
@@ -70,7 +70,7 @@ pub enum Objective {
     Published,
 }
 
-/// What lobes may be.
+/// Form of the lobes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// The paper's.
@@ -79,22 +79,22 @@ pub enum Shape {
     Stretched,
 }
 
-/// What is asked for.
+/// Settings of a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
     /// K, 1 … [`MAX_LOBES`].
     pub lobes: usize,
     /// N, 2 at least.
     pub views: usize,
-    /// What is minimised.
+    /// The objective.
     pub objective: Objective,
-    /// What lobes may be; those of anisotropic reflectance are swept along any direction, whatever this says.
+    /// Form of the lobes; those of anisotropic reflectance are always swept, along any direction.
     pub shape: Shape,
     /// M of anisotropic reflectance, [`MIN_AZIMUTHS`] at least.
     pub azimuths: usize,
 }
 
-/// M at least.
+/// Least M.
 pub const MIN_AZIMUTHS: usize = 4;
 
 impl Default for Plan {
@@ -118,12 +118,12 @@ pub struct GaussianLobe {
     pub sweep: f64,
     /// Angle from the plane to the direction of the sweep; radians. 0 where reflectance is isotropic.
     pub turn: f64,
-    /// Weight per channel: what the lobe sends back of constant light.
+    /// Weight per channel: the lobe's reflected radiance under constant light of radiance 1.
     pub weight: [f64; 3],
 }
 
 impl GaussianLobe {
-    /// What lies at `t` between this lobe and that of the next view.
+    /// Interpolation, at `t`, between this lobe and that of the next view.
     fn towards(&self, next: &Self, t: f64) -> Self {
         let mix = |a: f64, b: f64| a + (b - a) * t;
         let mut out = Self {
@@ -183,7 +183,7 @@ pub(crate) fn density(sigma: f64) -> f64 {
     lambda / (-2.0 * PI * (-2.0 * lambda).exp_m1())
 }
 
-/// How good a fit is at one elevation.
+/// Errors of a fit at one elevation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SliceReport {
     /// Polar angle of the view, radians.
@@ -192,12 +192,12 @@ pub struct SliceReport {
     pub phi: f64,
     /// ∫ (T − fit)²/∫ T², all channels together: the paper's error as an energy.
     pub energy: f64,
-    /// The same integral relative to that of the whole f·cos, squared.
+    /// That integral relative to the one of the whole f·cos, squared.
     pub of_whole: f64,
     /// The norm of the difference of ln(1 + f·cos), relative to that of ln(1 + f·cos) (the error of Löw,
-    /// Kronander, Ynnerman & Unger 2012): it counts what is dim beside the highlight.
+    /// Kronander, Ynnerman & Unger 2012): it gives weight to dim directions around the highlight.
     pub log: f64,
-    /// The same of the cube root of f·cos (Fores, Ferwerda & Gu 2012).
+    /// The relative norm of the difference of the cube roots of f·cos (Fores, Ferwerda & Gu 2012).
     pub cube_root: f64,
     /// ∫ T per channel: the specular albedo.
     pub albedo: [f64; 3],
@@ -216,7 +216,7 @@ impl SliceReport {
 
 /// Elevations that [`GaussianFit::within`] tries with each number of lobes.
 const TRIED_VIEWS: [usize; 5] = [4, 8, 15, 22, MAX_VIEWS];
-/// The most of them.
+/// Most elevations.
 pub const MAX_VIEWS: usize = 30;
 
 /// A fit.
@@ -229,7 +229,7 @@ pub struct GaussianFit {
     pub views: Vec<Vec<GaussianLobe>>,
     /// M, 1 where reflectance is isotropic.
     pub azimuths: usize,
-    /// What was found at each elevation; empty where the fit comes from a file.
+    /// Errors at each elevation; empty where the fit comes from a file.
     pub report: Vec<SliceReport>,
 }
 
@@ -271,8 +271,9 @@ impl GaussianFit {
         Ok(Self { report, ..Self::isotropic(diffuse, fits.into_iter().map(|f| f.lobes).collect()) })
     }
 
-    /// The fit of fewest bytes whose [`GaussianFit::worst`] is at most `tolerance`, K and N chosen of 1 … 4
-    /// and 4 … 30, with that error; where none is, the one of least error. `plan` says the rest.
+    /// The fit of fewest bytes whose [`GaussianFit::worst`] is at most `tolerance`, with K of 1 … 4 and N of
+    /// 4 … 30, and that error; where there is none, the one of least error. All other settings are those of
+    /// `plan`.
     pub fn within(
         brdf: &dyn Brdf,
         plan: Plan,
@@ -351,7 +352,7 @@ impl GaussianFit {
         out
     }
 
-    /// What the fit is as a reflectance: ρ_d/π n·wi above the horizon and the lobes over the whole sphere.
+    /// The fit as a reflectance: ρ_d/π n·wi above the horizon and the lobes over the whole sphere.
     pub fn f_cos(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         if wo.z <= 0.0 {
             return [0.0; 3];
@@ -368,8 +369,8 @@ impl GaussianFit {
         sum
     }
 
-    /// The error of the fit against `brdf` at a view, polar angle and azimuth, between those of the fit: what
-    /// [`SliceReport::energy`] is at those.
+    /// Errors of the fit against `brdf` at any view (polar angle and azimuth), as [`GaussianFit::report`] has
+    /// them for the fit's own views.
     pub fn error_at(&self, brdf: &dyn Brdf, view: [f64; 2]) -> SliceReport {
         let stretched = self.views.iter().flatten().any(|l| l.sweep > 0.0);
         let kind = Kind { lobes: self.lobes(), keep: true, stretched, turned: !self.is_isotropic() };

@@ -1,4 +1,4 @@
-//! One order of the lobes for all elevations: what is interpolated must be the same lobe.
+//! One order of the lobes for all elevations, so that interpolation is between corresponding lobes.
 
 use super::GaussianLobe;
 use super::refine::Fitted;
@@ -26,7 +26,7 @@ pub(super) fn after(before: &[GaussianLobe], lobes: &[GaussianLobe]) -> Vec<Gaus
     best.map_or_else(|| lobes.to_vec(), |order| order.iter().map(|k| lobes[*k]).collect())
 }
 
-/// How different two lobes are: of width, of place in widths, counted by the weight that moves.
+/// Difference of two lobes, in width and in position relative to the widths, weighted by the lobes' weight.
 fn difference(a: &GaussianLobe, b: &GaussianLobe) -> f64 {
     let stretch = (a.along() / a.sigma * b.sigma / b.along()).ln().abs();
     let long = (a.along() / a.sigma).min(b.along() / b.sigma).ln();

@@ -9,13 +9,13 @@ use std::f64::consts::FRAC_1_PI;
 /// Gauss and Legendre's nodes on (−1, 1) and weights, 3 points.
 const GAUSS: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
-/// Cells of a face's edge to begin with.
+/// Initial number of cells along a face's edge.
 const FIRST: i32 = 4;
-/// Cells on ridges that reflectance names are not smaller than this to begin with, in half edges of the cube.
+/// Least initial size of cells on ridges that the reflectance declares, in half edges of the cube.
 const RIDGE: f64 = 0.02;
 /// Cells are divided where that changes ∫ T² by more than this part of it, or ∫ |T|.
 const ENOUGH: [f64; 2] = [1e-4, 3e-4];
-/// Rounds of division, and cells, at most.
+/// Most rounds of division, and most cells.
 const ROUNDS: usize = 12;
 const MOST: usize = 1200;
 

@@ -16,32 +16,32 @@ pub(super) struct Fitted {
     pub converged: bool,
 }
 
-/// σ at most.
+/// Largest σ.
 const WIDEST: f64 = 1.2;
-/// Steps at most.
+/// Most steps.
 pub(super) const STEPS: usize = 60;
-/// Steps that every start gets before the worse ones are given up.
+/// Steps of every start before the worse ones are given up.
 const TRIAL: usize = 6;
-/// Relative decrease of the error below which a minimum of round, and of stretched lobes is reached.
+/// Relative decrease of the error at which a search ends: for round, and for stretched lobes.
 const ENOUGH: [f64; 2] = [1e-5, 1e-4];
 
-/// s at most.
+/// Largest s.
 const FURTHEST: f64 = 1.0;
 /// Polar angle of a mean, away from wo, ln σ and ln s; where lobes are turned also its angle out of the
 /// plane, and that of the sweep.
 type Place = [f64; 5];
-/// Which of them are angles of the mean.
+/// Indices of the parameters that are angles of the mean.
 const ANGLES: [usize; 2] = [0, 3];
 
-/// What is searched for.
+/// Settings of a search.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kind {
     pub lobes: usize,
     /// Is the albedo kept?
     pub keep: bool,
     pub stretched: bool,
-    /// Is reflectance anisotropic, so that means lie beside the plane and sweeps have directions of their
-    /// own?
+    /// Is the reflectance anisotropic, so that means may lie off the plane of incidence and sweeps have
+    /// directions of their own?
     pub turned: bool,
 }
 
@@ -128,7 +128,7 @@ impl<'a> Search<'a> {
         // Seen along the normal, means of isotropic reflectance stay on it.
         let fixed = self.slice.theta == 0.0 && !self.kind.turned;
         let angle = if fixed { [0.0; 2] } else { [-FRAC_PI_2, FRAC_PI_2 + 0.3] };
-        // A turn is an angle of its own that grows as it likes.
+        // The direction of the sweep is an angle without bounds.
         let turn = [f64::NEG_INFINITY, f64::INFINITY];
         [angle, [narrow.ln(), WIDEST.ln()], [(0.1 * narrow).ln(), FURTHEST.ln()], [-1.4, 1.4], turn]
     }
@@ -165,8 +165,8 @@ impl<'a> Search<'a> {
         State { places, weights, error: error.max(0.0), gram, onto }
     }
 
-    /// Half the gradient of the error by the places, and half of Gauss and Newton's matrix: the derivatives
-    /// of the Gaussians less what of them new weights make up for (Kaufman 1975).
+    /// Half the gradient of the error by the parameters, and half of the Gauss–Newton matrix: the derivatives
+    /// of the Gaussians less the part that new weights compensate for (Kaufman 1975).
     fn normal(&self, state: &State) -> (Vec<f64>, Vec<Vec<f64>>) {
         let (k, free, rows) = (state.places.len(), self.free, 1 + self.free);
         let n = free * k;
@@ -253,7 +253,7 @@ impl<'a> Search<'a> {
         let count = starts.len();
         let mut runs: Vec<Run> = starts.into_iter().map(|s| self.begin(s)).collect();
         if self.kind.stretched {
-            // Those that are behind after some steps seldom win.
+            // Searches that are behind after some steps seldom win.
             runs.iter_mut().for_each(|run| self.advance(run, TRIAL));
             runs.sort_by(|a, b| a.state.error.total_cmp(&b.state.error));
             runs.truncate(1 + count / 2);
@@ -322,7 +322,7 @@ pub(super) fn search(slice: &Slice, kind: Kind, starts: usize, steps: usize) -> 
     search.best_of(all.into_iter().take(starts).collect(), steps)
 }
 
-/// Where a lobe is, seen from polar angle `theta`.
+/// The place of a lobe that is seen from polar angle `theta`.
 fn place(theta: f64, l: &GaussianLobe) -> Place {
     [theta + l.angle, l.sigma.ln(), l.sweep.max(0.3 * l.sigma).ln(), l.aside, l.turn]
 }

@@ -16,10 +16,10 @@ const GAUSS: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
 
-/// Bounds of the panels over the azimuth about r, from away from n (the plane's upper half) … to below: the
-/// grazing highlight is narrow across the plane.
+/// Bounds of the panels over the azimuth about r, from the direction away from n (the plane's upper half) …
+/// to that below: the grazing highlight is narrow across the plane.
 const AZIMUTHS: [f64; 6] = [0.0, 0.06, 0.2, 0.6, 1.5, PI];
-/// Nothing is resolved more finely, radians.
+/// Finest resolution, radians.
 const FINEST: f64 = 2e-4;
 
 /// T at points, each value times the root of its solid angle.
@@ -53,7 +53,7 @@ pub(super) fn diffuse(brdf: &dyn Brdf, stretched: bool) -> Vec<[f64; 3]> {
     }
     let angles = [0.0, 0.35, 0.7, 1.0];
     let mut found: [Vec<f64>; 3] = Default::default();
-    // Azimuths of the view, and of the light beside it.
+    // Azimuths of the view, and of the light.
     let (views, lights) = if brdf.is_isotropic() { (1, 9) } else { (4, 16) };
     for (o, i) in angles.iter().flat_map(|o| angles.iter().map(move |i| (*o, *i))) {
         for (j, k) in (0..views).flat_map(|j| (0..lights).map(move |k| (j, k))) {
@@ -72,7 +72,7 @@ pub(super) fn diffuse(brdf: &dyn Brdf, stretched: bool) -> Vec<[f64; 3]> {
     let low = at(0.02);
     let mut all = Vec::new();
     if stretched {
-        // Lobes that are wide take a share of what looks diffuse.
+        // Wide lobes take a share of the apparent diffuse part.
         all.extend([0.5, 0.8].map(|share| low.map(|v| share * v)));
     }
     all.push(low);
@@ -102,7 +102,7 @@ fn nodes(bounds: &[f64]) -> Vec<(f64, f64)> {
 }
 
 impl Slice {
-    /// Of the view at a polar angle and an azimuth.
+    /// The slice of the view at a polar angle and an azimuth.
     pub fn new(brdf: &dyn Brdf, diffuse: [f64; 3], view: [f64; 2], kind: Kind) -> Self {
         let wo = spherical(view[0], view[1]);
         let lobes = brdf.lobes(wo);
@@ -115,8 +115,8 @@ impl Slice {
             return Self::of(brdf, diffuse, view, rule, narrow);
         }
         let mut slice = Self::resolved(brdf, diffuse, view, narrow);
-        // What reflectances say of their widths is that of other views: highlights may be thinner at grazing
-        // ones.
+        // The widths that a reflectance declares are those of other views: at grazing ones highlights may be
+        // thinner.
         for _ in 0..if kind.stretched { 4 } else { 0 } {
             let thin = slice.moments().core * view[0].cos().max(0.02).sqrt();
             if thin > 0.5 * narrow || narrow <= FINEST {
@@ -128,7 +128,7 @@ impl Slice {
         slice
     }
 
-    /// By a rule that resolves widths of `narrow` about the mirror direction.
+    /// The slice by a rule that resolves widths of `narrow` about the mirror direction.
     fn resolved(brdf: &dyn Brdf, diffuse: [f64; 3], view: [f64; 2], narrow: f64) -> Self {
         let wo = spherical(view[0], 0.0);
         let r = DVec3::new(-wo.x, 0.0, wo.z);
@@ -146,7 +146,7 @@ impl Slice {
         Self::of(brdf, diffuse, view, (d, root), narrow)
     }
 
-    /// By points in the frame in which wo has no y, and the roots of their solid angles.
+    /// The slice by given points, in the frame in which wo has no y, and the roots of their solid angles.
     fn of(
         brdf: &dyn Brdf,
         diffuse: [f64; 3],
@@ -230,7 +230,7 @@ impl Slice {
         }
     }
 
-    /// How good `fit` is here.
+    /// Errors of `fit` at this view.
     pub fn report(&self, fit: &Fitted) -> SliceReport {
         let lobes: Vec<Swept> = fit.lobes.iter().map(|l| l.swept(self.theta)).collect();
         let (mut square, mut below, mut sum) = (0.0, 0.0, 0.0);
@@ -274,7 +274,7 @@ impl Slice {
         }
     }
 
-    /// ‖T − fit‖/‖T‖ of these lobes: [`SliceReport::norm`], without the rest of the report.
+    /// ‖T − fit‖/‖T‖ of these lobes: [`SliceReport::norm`] without the other errors.
     pub fn norm(&self, lobes: &[GaussianLobe]) -> f64 {
         let values: Vec<Vec<f64>> = lobes
             .iter()
@@ -376,13 +376,13 @@ impl Slice {
     }
 }
 
-/// What starting values are made of; angles are polar angles in the plane, away from wo.
+/// Moments from which starting values are computed; angles are polar angles in the plane, away from wo.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moments {
     pub peak: f64,
     pub mean: f64,
-    /// σ of a Gaussian of the same integral and peak.
+    /// σ of a Gaussian with this integral and this peak.
     pub core: f64,
-    /// σ of a Gaussian of the same mean length.
+    /// σ of a Gaussian with this mean length.
     pub spread: f64,
 }

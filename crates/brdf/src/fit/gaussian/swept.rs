@@ -88,8 +88,8 @@ pub fn mean_cosine(sweep: f64) -> f64 {
     if sweep > 0.0 { 1.0 - lag((sweep * sweep).recip()) } else { 1.0 }
 }
 
-/// Where a lobe lies, in the frame in which wo has no y (and positive x): its mean, the direction along which
-/// it is swept, and the one across.
+/// Axes of a lobe in the frame in which wo has no y (and positive x): its mean, the direction along which it
+/// is swept, and the one across.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Axes {
     /// m.
@@ -100,7 +100,7 @@ pub(crate) struct Axes {
     pub across: DVec3,
 }
 
-/// How mean and `across` follow one of the angles of [`Axes::new`].
+/// Derivatives of mean and `across` by one of the angles of [`Axes::new`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Motion {
     mean: DVec3,
@@ -116,14 +116,14 @@ impl Axes {
         Self { mean: Self::tangents(gamma, aside)[0], along: up * c + side * s, across: side * c - up * s }
     }
 
-    /// The mean, and the unit directions in which `gamma` and `aside` move it.
+    /// The mean, and the unit directions in which it moves as `gamma` and `aside` grow.
     pub fn tangents(gamma: f64, aside: f64) -> [DVec3; 3] {
         let ((s, c), (sb, cb)) = (gamma.sin_cos(), aside.sin_cos());
         let plane = DVec3::new(-s, 0.0, c);
         [plane * cb + DVec3::Y * sb, DVec3::new(-c, 0.0, -s), DVec3::Y * cb - plane * sb]
     }
 
-    /// The angles of [`Self::new`], `turn` in −π/2 … π/2.
+    /// The inverse of [`Self::new`], `turn` in −π/2 … π/2.
     pub fn angles(mean: DVec3, along: DVec3) -> [f64; 3] {
         let (gamma, aside) = ((-mean.x).atan2(mean.z), mean.y.atan2(mean.x.hypot(mean.z)));
         let [_, up, side] = Self::tangents(gamma, aside);
@@ -194,8 +194,7 @@ impl Swept {
         (r, -short / (r + whole))
     }
 
-    /// What [`Self::slopes`] gives at each point, as far as `out` has places, times the roots of the solid
-    /// angles.
+    /// [`Self::slopes`] at each point, times the roots of the solid angles, in as many columns as `out` has.
     pub fn columns(&self, motions: &[Motion; 3], d: &[DVec3], root: &[f64], out: &mut [Vec<f64>]) {
         out.iter_mut().for_each(|to| to.resize(d.len(), 0.0));
         let mut done = 0;
@@ -375,7 +374,7 @@ mod tests {
         })
     }
 
-    /// The closed form is the integral that it stands for, and has integral 1.
+    /// The closed form equals the integral that defines it, and has integral 1.
     #[test]
     fn a_swept_gaussian_is_the_mean_of_its_gaussians() {
         for (sigma, sweep) in [(0.1, 0.3), (0.3, 0.1), (0.5, 0.9), (0.2, 0.05), (1.0, 1.0)] {
@@ -448,7 +447,7 @@ mod tests {
         }
     }
 
-    /// Groups of lanes have what single points have.
+    /// Groups of lanes give the values of single points.
     #[test]
     fn columns_are_the_slopes() {
         let d: Vec<DVec3> = directions(1003).collect();

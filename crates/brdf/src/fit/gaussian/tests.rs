@@ -26,7 +26,7 @@ fn phong_is_one_gaussian() {
     }
 }
 
-/// Lobes of known places, widths and weights come back, and so do interpolated ones.
+/// A sum of lobes of known parameters is recovered, interpolated ones too.
 #[test]
 fn lobes_that_are_there_are_found() {
     let known = |t: f64| {
@@ -58,7 +58,7 @@ fn lobes_that_are_there_are_found() {
     assert!(found.report.iter().all(|r| r.log < 0.02 && r.cube_root < 0.1), "{:?}", found.report);
 }
 
-/// K and N from a tolerance: no more bytes than it takes, and what cannot be met is told.
+/// K and N chosen by a tolerance: no more bytes than needed, and an unreachable tolerance is reported.
 #[test]
 fn a_tolerance_chooses_lobes_and_views() {
     let brdf = parse("ggx:alpha=0.3,f0=0.9/0.6/0.3").expect("a spec");
@@ -76,8 +76,8 @@ fn a_tolerance_chooses_lobes_and_views() {
     assert!(error > 1e-9 && nearest.bytes() >= bytes && error <= 0.15, "{error}");
 }
 
-/// What is dim counts in the logarithm and the cube root, and what a fit is without the diffuse part in
-/// neither.
+/// Lobes that are twice too high raise the logarithmic error and that of the cube root, which weigh dim
+/// radiance as well.
 #[test]
 fn errors_of_the_dim() {
     let known = fit("sgd:red-phenolic", Plan::default());
@@ -129,9 +129,8 @@ fn every_freedom_pays() {
     assert!(kept > errors[2] && kept < 4.0 * errors[2] + 0.01, "{kept} {errors:?}");
 }
 
-/// Midway between elevations the error is hardly more than at the worse of the two, but for a place or two
-/// where one arrangement of lobes gives way to another: there it is below 15 % (2 % of the energy) all the
-/// same.
+/// Midway between elevations the error is hardly more than at the worse of the two, except at a place or two
+/// where one arrangement of lobes gives way to another, and below 15 % (2 % of the energy) even there.
 #[test]
 fn in_between_it_is_as_good() {
     for spec in ["ggx:alpha=0.2,f0=0.9", "sgd:gold-metallic-paint", "dielectric:alpha=0.15"] {

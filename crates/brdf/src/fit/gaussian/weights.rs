@@ -39,7 +39,7 @@ fn solve(n: usize, mut a: [[f64; SIDE]; SIDE], mut b: [[f64; SIDE]; SIDE]) -> Op
 }
 
 /// The minimum of wᵀ G w − 2 bᵀ w over w ≥ 0, and Σ w = `sum` where it is given: the best of the minima on
-/// all faces, of which there are fifteen at most.
+/// all faces, at most fifteen.
 pub(super) fn best(k: usize, gram: &Small, b: [f64; MAX_LOBES], sum: Option<f64>) -> Weights {
     let none = Weights { w: [0.0; MAX_LOBES], follow: [[0.0; MAX_LOBES]; MAX_LOBES] };
     let sum = sum.map(|s| s.max(0.0));

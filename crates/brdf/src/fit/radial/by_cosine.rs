@@ -3,7 +3,7 @@
 use super::rings::{Curve, NODES};
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
-/// Steps of √(1 − x) over 0 … √2 that know their panel.
+/// Steps of √(1 − x) over 0 … √2 in the table that finds a panel.
 const STEPS: usize = 4096;
 
 /// A [`Curve`] over x = cos ψ: no search, no inverse trigonometric function.

@@ -5,11 +5,11 @@
 //! (STAR), eqs 27–31. The profile of a view is the mean of f_cos over the azimuth about the axis, which is
 //! the best fit in the mean square, and the q = 0 part of Ramamoorthi & Hanrahan's (2002) expansion about
 //! that axis. The cosine is inside the mean (STAR's eq. 29 pulls it out as n·r): the energy of every view is
-//! exact, and a lobe that the horizon cuts loses what it cuts.
+//! exact, and a lobe that the horizon cuts loses the part below it.
 //!
 //! [`RadialFit::new`] fits: with profiles of their own at every stacked view ([`Shape::Stack`], eq. 29), or
 //! with one profile times a factor ([`Shape::Scaled`], eq. 31: the weighted least squares of rank 1); several
-//! lobes by subtracting what is fitted and repeating, then refitting each against what the others leave.
+//! lobes by fitting the residual of those before, then refitting each to the residual of all others.
 
 mod by_cosine;
 mod profiles;
@@ -26,19 +26,19 @@ use crate::Brdf;
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 
-/// How a lobe's profile follows the view.
+/// Dependence of a lobe's profile on the view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// Its own at every stacked view.
+    /// A profile of its own at every stacked view.
     Stack,
     /// One for all views, times a factor.
     Scaled,
 }
 
-/// What is to be fitted.
+/// Settings of a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
-    /// How profiles follow the view.
+    /// Dependence of profiles on the view.
     pub shape: Shape,
     /// Stacked views, at least 2, spaced as [`Views`].
     pub stack: usize,
@@ -48,11 +48,11 @@ pub struct Plan {
     pub mirror: bool,
 }
 
-/// Views that tables hold per stacked view.
+/// Rows of the tables per stacked view.
 const STRIDE: usize = 2;
-/// Sweeps in which several lobes are fitted again, each to what the others leave.
+/// Sweeps in which several lobes are refitted, each to the residual of all others.
 const SWEEPS: usize = 2;
-/// Axes are compared, and what is left is measured, at every so many views.
+/// Step in views at which axes are compared and residuals measured.
 const COARSE: usize = 6;
 
 /// One lobe.
@@ -82,7 +82,7 @@ pub struct RadialFit {
     pub residual: f64,
 }
 
-/// What a fit works with.
+/// Inputs of a fit.
 struct Fitter<'a> {
     brdf: &'a dyn Brdf,
     plan: Plan,
@@ -118,7 +118,7 @@ impl Fitter<'_> {
         if lobes.len() > 1 {
             for (sweep, k) in (0..SWEEPS * lobes.len()).map(|i| (i / self.plan.lobes, i % self.plan.lobes)) {
                 let old = lobes.remove(k);
-                // What the first lobe took for want of others may have another axis beside them.
+                // The first lobe was fitted alone; next to other lobes its best axis may be another.
                 let gamma = if sweep == 0 && k == 0 { self.axis(&lobes, task)? } else { old.gamma };
                 let means = self.means(&lobes, &gamma, &all, task)?;
                 lobes.insert(k, self.lobe(gamma, &means));
@@ -131,7 +131,7 @@ impl Fitter<'_> {
         Ok(RadialFit { rings: self.rings, views: self.views, stride: self.stride, lobes, residual })
     }
 
-    /// What `lobes` leave of the reflectance.
+    /// The residual of the reflectance after `lobes`.
     fn left<'a>(&'a self, lobes: &'a [RadialLobe]) -> Residual<'a> {
         Residual::new(self.brdf, &self.rings, &self.views, self.stride, lobes)
     }
@@ -170,7 +170,7 @@ impl Fitter<'_> {
                     self.views.weight(k) * m.iter().map(|m| self.rings.dot(m, m)).sum::<f64>()
                 };
                 let captured: f64 = means.iter().zip(&coarse).map(energy).sum();
-                // The earlier ones are the plainer ones.
+                // A later axis must be better by 1e-3, since the earlier ones are simpler.
                 if captured > best.1 * (1.0 + 1e-3) {
                     best = (axis, captured);
                 }
@@ -179,7 +179,7 @@ impl Fitter<'_> {
         Ok(gammas(best.0, &all))
     }
 
-    /// The lobe of these mean profiles.
+    /// The lobe with these mean profiles.
     fn lobe(&self, gamma: Vec<f64>, means: &[[Vec<f64>; 3]]) -> RadialLobe {
         let weights: Vec<f64> = (0..means.len()).map(|k| self.views.weight(k)).collect();
         let mut amplitude = vec![[0.0; 3]; means.len()];
@@ -208,7 +208,7 @@ impl Fitter<'_> {
         RadialLobe { gamma, shapes, amplitude }
     }
 
-    /// The first lobe's factor takes what all together lack of each view's energy.
+    /// Adjusts the first lobe's factor so that all lobes together have each view's energy.
     fn keep_energy(&self, first: &mut RadialLobe, others: &[RadialLobe], albedo: &[[f64; 3]]) {
         let integral = |l: &RadialLobe, k: usize, c: usize, of: fn(f64) -> f64| {
             let (a, b, w) = l.around(k, self.stride);

@@ -9,9 +9,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Relative tolerance of a ring's mean (of an estimate that is far above the error) …
 const TOLERANCE: f64 = 2e-3;
-/// … and of what fitted lobes leave, which is fitted again.
+/// … and of the mean of a residual, which is fitted again.
 const LEFT: f64 = 2e-2;
-/// Parts of the strongest ring that do not matter.
+/// Values below this part of the strongest ring's are ignored.
 const FAINT: f64 = 2e-5;
 /// Splits of a ring's integral at most.
 const SPLITS: usize = 60;
@@ -34,7 +34,7 @@ impl Views {
         Self { theta: (0..count.max(2)).map(theta).collect() }
     }
 
-    /// How many.
+    /// Number of rings.
     pub fn len(&self) -> usize {
         self.theta.len()
     }
@@ -126,7 +126,7 @@ impl About {
         self.c * cp + (self.u * cf + DVec3::Y * sf) * sp
     }
 
-    /// Where the ring ψ meets the horizon: cos φ = −cos γ cos ψ/(sin γ sin ψ).
+    /// Azimuth at which the ring ψ meets the horizon: cos φ = −cos γ cos ψ/(sin γ sin ψ).
     fn horizon(&self, psi: f64) -> Option<f64> {
         let x = -(self.gamma.cos() * psi.cos()) / (self.gamma.sin() * psi.sin());
         (x.abs() < 1.0).then(|| x.acos())
@@ -179,7 +179,7 @@ impl<'a> Residual<'a> {
         let mut rows: [Vec<f64>; 3] = Default::default();
         let mut largest = 0.0_f64;
         for &psi in self.rings.angles() {
-            // What a ring counts in an integral, where panels grow with ψ.
+            // Weight of a ring in an integral, where the width of panels grows with ψ.
             let area = psi.sin().powi(2).max(self.rings.width().powi(2));
             let row = self.ring(about, psi, FAINT * largest / area, |phi, wi| g(psi, phi, wi));
             largest = row.iter().fold(largest, |m, v| m.max(v.abs() * area));

@@ -5,8 +5,8 @@ use super::Rings;
 /// Steps of the power iteration.
 const STEPS: usize = 60;
 
-/// How profiles of these rows are measured: by their integral where all of them have one, else by their norm;
-/// never negative, 0 for none.
+/// Size of profiles like these rows: their integral where all rows have a positive one, else their norm;
+/// never negative, 0 for a zero profile.
 pub(super) fn size<'a>(rings: &'a Rings, rows: &[&[f64]]) -> impl Fn(&[f64]) -> f64 + 'a {
     let positive = |row: &&[f64]| {
         let absolute: Vec<f64> = row.iter().map(|v| v.abs()).collect();

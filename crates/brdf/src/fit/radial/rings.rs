@@ -5,9 +5,9 @@ use steradian_sphere::quadrature::gauss_legendre;
 
 /// Nodes of a panel.
 pub(super) const NODES: usize = 8;
-/// Panels grow by this from the axis …
+/// Factor by which panels grow from the axis on …
 const GROWTH: f64 = 1.5;
-/// … up to this angle: the horizon cuts profiles where only the view says.
+/// … up to this width, radians: where the horizon cuts a profile depends on the view.
 const WIDEST: f64 = 0.1;
 
 /// Angles ψ from an axis, 0 … π, in panels of Gauss–Legendre nodes, the narrower the nearer to the axis.
@@ -44,7 +44,7 @@ impl Rings {
         Self { width, edges, psi, weights }
     }
 
-    /// What it was made for.
+    /// Width of the lobe that it was made for.
     pub fn width(&self) -> f64 {
         self.width
     }
@@ -118,7 +118,7 @@ impl Curve {
         Some((k, legendre((2.0 * psi - a - b) / (b - a))))
     }
 
-    /// The value at a place of [`Curve::place`], of any curve over the same rings.
+    /// The value at a place found by [`Curve::place`], which may be that of any curve over the same rings.
     #[inline]
     pub(super) fn there(&self, (k, p): &Place) -> f64 {
         self.terms[*k].iter().zip(p).map(|(c, p)| c * p).sum()

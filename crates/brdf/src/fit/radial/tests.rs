@@ -80,7 +80,7 @@ fn more_freedom_leaves_less() {
     }
 }
 
-/// The kernel becomes round as the lobe narrows: what is left goes to zero at the normal, and falls at any
+/// As the lobe narrows the kernel becomes round: the residual goes to zero at the normal, and falls at any
 /// view.
 #[test]
 fn nothing_is_left_of_phong_as_it_narrows() {
@@ -89,7 +89,7 @@ fn nothing_is_left_of_phong_as_it_narrows() {
     assert!(left[0] > 1.3 * left[1] && left[1] > 1.3 * left[2], "{left:?}");
 }
 
-/// A diffuse part beside a lobe: one profile has to choose, two need not.
+/// A diffuse part and a lobe: one profile can represent only one of them, two both.
 #[test]
 fn two_phenomena_take_two_lobes() {
     let spec = "lafortune:cx=-1,cy=-1,cz=1,n=60,kd=0.5";
@@ -98,8 +98,7 @@ fn two_phenomena_take_two_lobes() {
     assert!(two < 0.02 && two < 0.1 * one, "{one} {two}");
 }
 
-/// The profiles are the q = 0 part of RH02's expansion about the same axis, and what they leave is Σ over q
-/// ≠ 0.
+/// The profiles are the q = 0 part of RH02's expansion about that axis, and their residual is Σ over q ≠ 0.
 #[test]
 fn what_is_left_is_the_expansion_beyond_q_0() {
     use crate::central::{Centre, Slice, Slices};
@@ -112,7 +111,7 @@ fn what_is_left_is_the_expansion_beyond_q_0() {
     let lobe = &f.lobes[0];
     for k in (0..theta.len()).step_by(f.stride) {
         for c in 0..3 {
-            // Beside the first channel the others differ by Schlick's term.
+            // The second and third channel differ from the first by Schlick's term.
             let a = lobe.amplitude[k][c];
             let own = a * a * f.rings.dot(&lobe.shapes[k / f.stride][c], &lobe.shapes[k / f.stride][c]);
             let (all, zonal) = (central.energy[k][c], central.captured(k, 40, 0)[c]);

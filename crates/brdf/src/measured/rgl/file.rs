@@ -1,4 +1,4 @@
-//! What a `.bsdf` file must hold, and the numbers of it that are used.
+//! Required contents of a `.bsdf` file, and the numbers of it that are used.
 
 use super::super::spectrum;
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ pub(super) struct Arrays(pub [Array; 8]);
 const MAX_NUMBERS: usize = 64 << 20;
 
 impl Arrays {
-    /// The arrays of a file, checked, and how many numbers were negative; these are set to 0.
+    /// The arrays of a file, checked, and the count of negative numbers, which are set to 0.
     pub fn of_file(fields: &BTreeMap<String, Tensor>) -> Result<(Self, usize), String> {
         let array = |name: &str| -> Result<Array, String> {
             let names = || fields.keys().map(String::as_str).collect::<Vec<_>>().join(", ");

@@ -10,7 +10,7 @@
 //! direction is the view here, as it is in the authors' renderer: a sample draws light. Between the measured
 //! elevations and azimuths of the view, M and the densities are bilinear. Files with a symmetry (their
 //! azimuths span half or a quarter of the circle) are turned or mirrored into it. Spectra become linear Rec.
-//! 709 such that a flat one is grey; what lies outside is cut to 0.
+//! 709 such that a flat one is grey; negative channels are set to 0.
 //!
 //! Sampling is the file's own: s by its luminance, h by its visible normals; one sample in ten by the cosine.
 
@@ -83,7 +83,7 @@ pub struct Rgl {
     shape: Shape,
 }
 
-/// At the pole zeros have a sign, which says nothing.
+/// Azimuth of a direction. At the pole components are zeros, whose signs must not decide it.
 fn azimuth(w: DVec3) -> f64 {
     (w.y + 0.0).atan2(w.x + 0.0)
 }
@@ -238,7 +238,7 @@ impl Brdf for Rgl {
         self.shape.peak()
     }
 
-    /// Its cells: azimuths, elevations, σ, D, visible D (two cells a node), colours.
+    /// Cells of the shader: azimuths, elevations, σ, D, visible D (two cells a node), colours.
     fn shader(&self) -> Option<BrdfShader> {
         let [phi, theta, sigma, ndf, vndf, _, colours, jacobian] = &self.arrays.0;
         let single = [&phi.values[..], &theta.values, self.sigma.values(), self.ndf.values()];
@@ -323,7 +323,7 @@ mod tests {
         }
     }
 
-    /// Values of π f/… of a published file, as worked out from its bytes by another program.
+    /// Values of π f of a published file, computed from its bytes by another program.
     #[test]
     fn white_paper_is_nearly_diffuse() {
         let Some(brdf) = open("paper_white") else { return };
@@ -333,7 +333,7 @@ mod tests {
         }
     }
 
-    /// The same file as if it were spectral, anisotropic with a symmetry, or kept in a bake.
+    /// The file rewritten as spectral, as anisotropic with a symmetry, and as kept in a bake.
     #[test]
     fn other_layouts_and_what_is_kept() {
         let Some(brdf) = open("vch_golden_yellow") else { return };

@@ -13,20 +13,20 @@ struct Brdf {
     jacobian: vec4<f32>,
 }
 
-// Slices about a view, with their shares.
+// Slices around a view, and their weights.
 struct BrdfBlend {
     slices: vec4<f32>,
     shares: vec4<f32>,
 }
 
-// The node below a place on an axis of n nodes, and the share of the next.
+// The node below a place on an axis of n nodes, and the weight of the next one.
 fn brdf_node(u: f32, n: f32) -> vec2<f32> {
     let t = clamp(u, 0.0, 1.0) * (n - 1.0);
     let i = min(floor(t), n - 2.0);
     return vec2<f32>(i, t - i);
 }
 
-// The same among n ascending numbers from cell `begin` on.
+// The node below a place among n ascending numbers from cell `begin` on, and the weight of the next one.
 fn brdf_among(begin: u32, n: u32, x: f32) -> vec2<f32> {
     if n < 2u {
         return vec2<f32>(0.0);

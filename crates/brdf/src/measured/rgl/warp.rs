@@ -16,7 +16,8 @@ pub(super) struct Grids {
 /// The slices about a pair of parameters, with their shares.
 pub(super) type Blend = [(usize, f64); 4];
 
-/// Where `x` lies among ascending `nodes`: the first of two and the share of the second.
+/// Position of `x` among ascending `nodes`: the index of the lower neighbour, and the weight of the upper
+/// one.
 fn place(nodes: &[f32], x: f64) -> (usize, f64) {
     if nodes.len() < 2 {
         return (0, 0.0);
@@ -113,7 +114,7 @@ impl Density {
     }
 
     /// Two cells for each node: the density, its integral along the row up to the node and that over the rows
-    /// up to the row, and what of the integrals half precision would not hold.
+    /// up to the row, and the remainders of the integrals that half precision would lose.
     pub fn cells(&self) -> impl Iterator<Item = [f32; 3]> {
         let w = self.density.size[0];
         // Eleven bits, as a half has.
@@ -167,7 +168,7 @@ impl Density {
     }
 }
 
-/// The last of 0 … n − 1 for which `holds`, which holds up to some place; 0 where it never does.
+/// The last index of 0 … n − 1 for which `holds`, which is true up to some index; 0 where it never is.
 fn last(n: usize, holds: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, n);
     while high - low > 1 {

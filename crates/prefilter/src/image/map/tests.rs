@@ -88,7 +88,7 @@ fn enlarged_mirrors_are_not_negative_and_keep_the_flux() {
     }
 }
 
-/// All that a kernel holds is met, whichever way it is taken.
+/// The integral of a kernel is preserved, whichever method filters it.
 #[test]
 fn coarse_constants_stay() {
     let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |_| [2.0, 1.0, 0.5]);
@@ -136,8 +136,7 @@ fn turning_the_light_turns_the_map() {
     }
 }
 
-/// What a kernel far narrower than the texels sees is the texel there, to the filter as to the sum that
-/// judges it.
+/// A kernel far narrower than the texels sees the texel there, in the filter as in the sum that checks it.
 #[test]
 fn a_needle_sees_the_nearest_texel() {
     let lights = lights();
@@ -152,8 +151,8 @@ fn a_needle_sees_the_nearest_texel() {
     }
 }
 
-/// An image of more rows than the analysis takes keeps the cell of a sun of one texel: a sharp lobe beside it
-/// sees that cell, and not what is left of it in a smaller image.
+/// An image of more rows than the analysis uses keeps the cell of a sun of one texel: a sharp lobe near it
+/// sees that cell, not the larger one of the reduced image.
 #[test]
 fn the_brightest_texels_of_large_images_keep_their_cells() {
     let (width, height) = (4160, 2080);

@@ -1,4 +1,4 @@
-//! What a saved bake is.
+//! Report of a saved bake.
 
 use super::{Line, Report};
 use crate::inspect::{ArrayContent, ArrayFacts, BakeFacts, LocalBakeFacts, TensorFacts};
@@ -141,7 +141,7 @@ pub fn tensors_json(tensors: &[TensorFacts]) -> Value {
     tensors.iter().map(|t| json!({"name": t.name, "shape": t.shape, "bytes": t.bytes})).collect()
 }
 
-/// The same, a line each.
+/// The tensors in words, a line each.
 pub fn tensor_lines(tensors: &[TensorFacts]) -> impl Iterator<Item = Line> {
     tensors.iter().map(|t| ("tensor", format!("{} {:?}, {} bytes", t.name, t.shape, t.bytes)))
 }

@@ -1,4 +1,4 @@
-//! What a reflectance is.
+//! Report of a reflectance.
 
 use super::{Line, Report};
 use crate::inspect::{BrdfFacts, Domain, brdf_models};

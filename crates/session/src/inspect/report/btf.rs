@@ -1,4 +1,4 @@
-//! What a list of the pictures of a bidirectional texture function is.
+//! Report of a list of the pictures of a bidirectional texture function.
 
 use super::Report;
 use crate::btf::{BtfFacts, Source};

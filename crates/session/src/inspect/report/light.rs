@@ -1,4 +1,4 @@
-//! What an environment is, in words and as JSON.
+//! Report of an environment, in words and as JSON.
 
 use super::{Line, Report};
 use crate::inspect::{EnvironmentFacts, LevelFacts, TextureFacts};

@@ -1,4 +1,4 @@
-//! What a mesh is.
+//! Report of a mesh.
 
 use super::Report;
 use crate::inspect::{MaterialFacts, MeshFacts};

@@ -1,4 +1,4 @@
-//! What inputs are, in words and as JSON.
+//! Reports of inputs, in words and as JSON.
 
 mod bake;
 mod brdf;
@@ -15,7 +15,7 @@ use crate::{Adjust, Error, Session, file_name, is_sky};
 use serde_json::Value;
 use std::path::Path;
 
-/// One line of a report in words: what, and what is said of it.
+/// One line of a report in words: heading and text.
 pub type Line = (&'static str, String);
 
 /// A report in both forms.
@@ -23,7 +23,7 @@ pub type Line = (&'static str, String);
 pub struct Report {
     /// A document with stable keys, `kind` and `name` among them.
     pub json: Value,
-    /// The same in words.
+    /// The report in words.
     pub lines: Vec<Line>,
 }
 
@@ -36,7 +36,7 @@ impl Report {
 }
 
 impl BrdfFacts {
-    /// What is said of it.
+    /// The report of these facts.
     pub fn report(&self) -> Report {
         brdf::report(self)
     }

@@ -1,4 +1,4 @@
-//! What a file of probes is.
+//! Report of a file of probes.
 
 use super::Report;
 use super::bake::{tensor_lines, tensors_json};

@@ -1,11 +1,11 @@
-//! What the files of reflectance transformation imaging hold.
+//! Reports of the files of reflectance transformation imaging.
 
 use super::{Line, Report};
 use crate::btf::Source;
 use crate::inspect::{LightPositionFacts, PtmFacts};
 use serde_json::{Value, json};
 
-/// What a0 … a5 are coefficients of.
+/// Terms of the coefficients a0 … a5.
 const POWERS: [&str; 6] = ["u²", "v²", "uv", "u", "v", "1"];
 
 /// The report on a polynomial texture map.

@@ -1,4 +1,4 @@
-//! What a file of transfer is.
+//! Report of a file of transfer.
 
 use super::Report;
 use super::bake::{tensor_lines, tensors_json};

@@ -1,12 +1,13 @@
-// The part of a light in unit direction d, so far away, that reaches a point of unit normal n: depth maps, the twin of
-// steradian_scene::shadow::ShadowMaps. A light has five rows of four numbers; behind all lights lie depths, four a row.
+// light_arriving is the part of a light that reaches a point of unit normal n, d the unit direction to the
+// light and `distance` the way to it, by depth maps: the twin of steradian_scene::shadow::ShadowMaps. A light
+// has five rows of four numbers; behind the rows of all lights lie depths, four a row.
 const SHADOW_STEEPEST: f32 = 10.0;
 
 fn shadow_depth(texel: u32) -> f32 {
     return fetch_light_shadows(5u * u32(technique.shadow_lights) + texel / 4u, texel % 4u);
 }
 
-// Towards the light in texels, for a receiver whose slope has this tangent.
+// Bias towards the light, in texels, for a receiver whose slope has this tangent.
 fn shadow_bias(slope: f32) -> f32 {
     return 0.5 + 0.5 * slope;
 }
@@ -27,7 +28,7 @@ fn shadow_face_direction(face: u32, at: vec2<f32>) -> vec3<f32> {
 // Position on the face that shows direction d, and the face.
 fn shadow_face_of(d: vec3<f32>) -> vec3<f32> {
     let a = abs(d);
-    // Of equal components the last.
+    // Where components are equal, the last one decides the face.
     if a.z >= a.x && a.z >= a.y {
         return vec3<f32>(d.xy / a.z, select(4.0, 5.0, d.z < 0.0));
     }
@@ -41,7 +42,7 @@ fn shadow_nearest(x: f32, size: f32) -> f32 {
     return clamp(floor(0.5 * (x + 1.0) * size), 0.0, size - 1.0);
 }
 
-// Place on a plane's map in texels, and towards the light in metres.
+// Position on a plane's map in texels, and height towards the light in metres.
 fn shadow_place(row: u32, p: vec3<f32>) -> vec3<f32> {
     let x = shadow_row(row + 1u);
     let y = shadow_row(row + 2u);
@@ -50,7 +51,7 @@ fn shadow_place(row: u32, p: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(at, dot(z.xyz, p));
 }
 
-// Of the maps of a distant light the first that all taps lie in.
+// The finest of a distant light's cascades in which all taps lie.
 fn shadow_widest(light: u32, p: vec3<f32>, taps: i32) -> u32 {
     var row = light;
     while shadow_row(row + 4u).z > 0.5 {
@@ -71,7 +72,7 @@ fn shadow_plane(row: u32, p: vec3<f32>, n: vec3<f32>, taps: i32) -> f32 {
     let towards = dot(shadow_row(row + 3u).xyz, n);
     let texel = 2.0 * shadow_row(row + 3u).w / size;
     let cell = clamp(floor(place.xy), vec2<f32>(-1.0), vec2<f32>(size));
-    // Metres towards the light for a metre across.
+    // Metres that the receiver's plane recedes from the light per metre across.
     let across = vec2<f32>(dot(shadow_row(row + 1u).xyz, n), dot(shadow_row(row + 2u).xyz, n));
     var slope = across / max(abs(towards), 1e-6) * select(1.0, -1.0, towards < 0.0);
     slope *= min(1.0, SHADOW_STEEPEST / max(length(slope), 1e-30));
@@ -92,7 +93,7 @@ fn light_arriving(point: vec3<f32>, normal: vec3<f32>, d: vec3<f32>, distance: f
     let n = select(normal, -normal, dot(d, normal) < 0.0);
     let p = point + n * technique.shadow_offset;
     let near = distance < 1e30;
-    // The map of the light that is meant.
+    // The listed light that agrees best with d and `distance`.
     var best = 0u;
     var least = 3.4e38;
     for (var k = 0u; k < u32(technique.shadow_lights); k++) {
@@ -132,7 +133,8 @@ fn light_arriving(point: vec3<f32>, normal: vec3<f32>, d: vec3<f32>, distance: f
         let other = shadow_face_of(shadow_face_direction(u32(seen.z), (tap + 0.5) * step - 1.0));
         let texel = vec2<f32>(shadow_nearest(other.x, size), shadow_nearest(other.y, size));
         let e = shadow_face_direction(u32(other.z), (texel + 0.5) * step - 1.0);
-        // Where the ray of this texel meets the receiver's plane; a plane seen from too steep is taken for one that faces the light.
+        // Depth at which this texel's ray meets the receiver's plane; a plane seen at too steep an angle is
+        // treated as one that faces the light.
         let along = dot(e, n);
         let flat = far * max(abs(e.x), max(abs(e.y), abs(e.z)));
         var own = flat;

@@ -1,11 +1,11 @@
-//! What blocks lights that are shaded beside a technique's data: `light_arriving(p, n, d, distance)` in WGSL,
-//! 0 … 1, for the light in unit direction d, `distance` away (3e38 for distant ones), at a point p of unit
-//! normal n.
+//! Occlusion of lights that are shaded exactly, in addition to a technique's data: `light_arriving(p, n, d,
+//! distance)` in WGSL returns the unoccluded part, 0 … 1, of the light in unit direction d, `distance` away
+//! (3e38 for distant ones), at a point p of unit normal n.
 
 use super::{Buffer, GpuTechnique, Uniform, Value};
 use steradian_scene::shadow::{Flat, LightAt};
 
-/// Nothing blocks.
+/// WGSL without occlusion.
 pub const OPEN: &str = include_str!("open.wgsl");
 const ROWS: &str = include_str!("row.wgsl");
 const RAYS: &str = include_str!("rays.wgsl");
@@ -20,7 +20,8 @@ pub fn knows_shadows(local: &GpuTechnique) -> bool {
     local.modules.iter().any(|m| m == OPEN)
 }
 
-/// `technique` with what `by` says of the lights beside its data, from `offset` metres off the surface.
+/// `technique` with the occlusion `by` of its exactly shaded lights; rays start `offset` metres off the
+/// surface.
 pub fn behind(technique: GpuTechnique, by: &Flat, offset: f32) -> GpuTechnique {
     let mut out = technique;
     out.modules.retain(|m| m != OPEN);
@@ -61,8 +62,8 @@ pub fn is_shadowed(technique: &GpuTechnique) -> bool {
     technique.modules.iter().any(|m| m == RAYS || m == MAPS || m == VOLUMES)
 }
 
-/// Is it [`behind`] shadow volumes? Then whoever shades has drawn them, and says in `shadow_blocked` and
-/// `shadow_samples` which lights the point's samples lack.
+/// Is it [`behind`] shadow volumes? Then the caller draws them first, and sets the variables `shadow_blocked`
+/// (the samples that each light does not reach) and `shadow_samples` (the samples that a point represents).
 pub fn is_behind_volumes(technique: &GpuTechnique) -> bool {
     technique.modules.iter().any(|m| m == VOLUMES)
 }

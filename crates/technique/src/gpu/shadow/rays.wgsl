@@ -1,7 +1,8 @@
-// The part of a light in unit direction d, so far away, that reaches a point of unit normal n: a ray through boxes and
-// triangles, the twin of steradian_scene::Bvh::occluded. Boxes are two rows of four numbers, triangles three, behind all boxes.
-// The corners of a triangle along the axes k, sheared along the ray (Woop, Benthin & Wald 2013, Watertight Ray/Triangle
-// Intersection). Edges of zero count as inside.
+// light_arriving is the part of a light that reaches a point of unit normal n, d the unit direction to the
+// light and `distance` the way to it, by a ray through boxes and triangles: the twin of
+// steradian_scene::Bvh::occluded. Boxes are two rows of four numbers; triangles, three rows each, lie behind
+// all boxes. shadow_triangle is the test of a triangle: its corners along the axes k, sheared along the ray
+// (Woop, Benthin & Wald 2013, Watertight Ray/Triangle Intersection). Edges of zero count as inside.
 fn shadow_triangle(row: u32, o: vec3<f32>, k: vec3<u32>, s: vec3<f32>, distance: f32) -> bool {
     var corner: array<vec3<f32>, 3>;
     for (var i = 0u; i < 3u; i++) {

@@ -1,4 +1,4 @@
-// Four numbers of what blocks lights.
+// Row `row` of the occluders' buffer: four numbers.
 fn shadow_row(row: u32) -> vec4<f32> {
     return vec4<f32>(
         fetch_light_shadows(row, 0u),

@@ -1,13 +1,14 @@
-// The part of a light in unit direction d, so far away, that reaches a point: what shadow volumes, drawn before, left of it. A light
-// has one row: direction or position, and 1 for a position.
-// Which of four samples each light does not reach, four bits a light.
+// light_arriving is the part of a light that reaches a point, d the unit direction to the light and
+// `distance` the way to it: what shadow volumes, drawn before, left of it. A light has one row: direction or
+// position, and 1 for a position.
+// Bits of the samples that each light does not reach: four samples, hence four bits, a light.
 var<private> shadow_blocked: array<u32, 8>;
-// The samples that this point stands for.
+// The samples of the pixel that this shading point represents.
 var<private> shadow_samples: u32;
 
 fn light_arriving(p: vec3<f32>, n: vec3<f32>, d: vec3<f32>, distance: f32) -> f32 {
     let near = distance < 1e30;
-    // The light that is meant.
+    // The listed light that agrees best with d and `distance`.
     var best = 0u;
     var least = 3.4e38;
     for (var k = 0u; k < u32(technique.shadow_lights); k++) {

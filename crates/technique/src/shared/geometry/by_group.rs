@@ -1,11 +1,11 @@
-//! Corners of points in the order of groups of sites: what the sites of a group have in common is some
-//! kilobytes, and corner after corner it came from the second level of the cache at best.
+//! Corners of points, sorted by the group of their sites. The data that the sites of a group share are some
+//! kilobytes; without the sorting, each corner fetched them from the second level of the cache or further.
 
 use crate::Points;
 
 /// Most groups.
 pub const MOST_GROUPS: usize = 2048;
-/// Points whose corners are put in order together.
+/// Number of points whose corners are sorted together.
 pub const SORTED: usize = 4096;
 
 /// Corners of points in the order of their groups.
@@ -32,8 +32,9 @@ impl Sorted {
         }
     }
 
-    /// Puts the corners of some points that add anything in the order of their sites' groups, of which there
-    /// are `groups`; how many that are. `group` is `None` for sites beyond the end.
+    /// Sorts those corners of some points that contribute (weight not 0, point faces the viewer) by their
+    /// sites' groups, of which there are `groups`; returns their number. `group` is `None` for sites beyond
+    /// the end.
     #[inline(always)]
     pub fn sort(&mut self, groups: usize, group: impl Fn(u32) -> Option<usize>, q: &Share<'_>) -> usize {
         let groups = groups.min(MOST_GROUPS);
@@ -63,7 +64,7 @@ impl Sorted {
                 }
             }
         }
-        // Where each group begins, and after the loop below where it ends.
+        // First place of each group, and after the loop below the place behind its last one.
         let mut begin = 0;
         for end in &mut self.ends[..groups] {
             begin += std::mem::replace(end, begin);
@@ -89,7 +90,7 @@ pub struct Share<'a> {
 }
 
 impl<'a> Share<'a> {
-    /// So many points from `first` on.
+    /// `len` points from `first` on.
     #[inline(always)]
     pub fn of(q: &Points<'a>, first: usize, len: usize) -> Self {
         let (end, v, w) = (first + len, [q.n, q.wo], q.site);

@@ -26,12 +26,12 @@ use steradian_scene::Mesh;
 use steradian_simd::{Arch, Single, Vector};
 use steradian_transfer::Products;
 
-/// Most clusters: their numbers are halves.
+/// Most clusters: their indices are stored in half precision, which is exact up to 2048.
 pub const MAX_CLUSTERS: usize = MOST_GROUPS;
-/// Turns of both steps of the clustering at most.
+/// Most iterations of the clustering, of two steps each.
 const ROUNDS: usize = 30;
 
-/// What compression loses, measured on the sites.
+/// Errors of the compression, measured at the sites.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Lost {
     /// √(Σ‖M̃ − M‖²/Σ‖M‖²) over all sites.
@@ -39,29 +39,29 @@ pub struct Lost {
     /// Along edges of the mesh whose ends are in different clusters: RMS of the step that the error takes,
     /// relative to that of the matrices. 0 where there are no edges.
     pub seams: f64,
-    /// The same along edges within a cluster.
+    /// The same RMS, along edges whose ends are in one cluster.
     pub within: f64,
 }
 
-/// Matrices of clusters, and what of them each site has.
+/// Matrices of clusters, and each site's cluster and weights.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Clustered {
     /// For each cluster the mean and the components.
     basis: Matrices,
     /// Components of a cluster.
     components: usize,
-    /// Of each site its cluster and the weights of the components.
+    /// For each site its cluster and the weights of the components.
     sites: Vec<f16>,
-    /// What this loses.
+    /// Errors of this compression.
     pub lost: Lost,
 }
 
-/// How many clusters of how many components.
+/// Number of clusters, and of components in each.
 #[derive(Debug, Clone, Copy)]
 pub struct Size {
     /// Clusters.
     pub clusters: usize,
-    /// Components beside the mean.
+    /// Components in addition to the mean.
     pub components: usize,
 }
 
@@ -77,7 +77,7 @@ impl Clustered {
     ) -> Result<Self, BakeError> {
         let d = (2 * of.bands - 1).pow(2);
         let (sites, transfer) = visibility(slug, g, of, task)?;
-        // Coordinates, as f32 and as f64 for a while.
+        // Memory for the coordinates, as f32, and for a while also as f64.
         affordable(slug, (12 * d * sites.len()) as u64, task)?;
         let products = Products::new(of.bands);
         let scale = scale(&products);
@@ -101,7 +101,7 @@ impl Clustered {
         })
     }
 
-    /// Components of a cluster beside its mean.
+    /// Components of a cluster in addition to its mean.
     pub fn components(&self) -> usize {
         self.components
     }
@@ -111,7 +111,7 @@ impl Clustered {
         &self.basis
     }
 
-    /// Of each site its cluster and its weights, `components` + 1 numbers.
+    /// For each site its cluster and its weights, `components` + 1 numbers.
     pub fn sites(&self) -> &[f16] {
         &self.sites
     }
@@ -174,13 +174,13 @@ fn lost(found: &Clusters, points: &[f32], mesh: Option<&Mesh>) -> Lost {
     Lost { matrices, seams, within }
 }
 
-/// The vectors of sites whose clusters have these.
+/// Vectors of sites as weighted sums of the vectors of their clusters.
 pub struct ClusterVectors<'a> {
     /// The clusters of sites.
     pub clustered: &'a Clustered,
-    /// Of each matrix of the basis three channels of padded coefficients.
+    /// For each matrix of the basis, three channels of padded coefficients.
     pub vectors: &'a [f32],
-    /// Numbers of a matrix among them.
+    /// Number of values of a matrix in `vectors`.
     pub each: usize,
 }
 

@@ -9,10 +9,10 @@ use half::slice::HalfFloatSliceExt;
 use steradian_formats::{Tensor, TensorData};
 use steradian_parallel::prelude::*;
 
-/// Sites whose numbers lie side by side.
+/// Number of sites whose values are interleaved.
 pub const GROUP: usize = 16;
 
-/// As many numbers for every site, in single or half precision.
+/// An equal number of values for every site, in single or half precision, interleaved over groups of sites.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grouped {
     stride: usize,
@@ -66,19 +66,19 @@ impl Grouped {
         Self { stride, sites, store }
     }
 
-    /// From `stride` numbers of each site, site after site.
+    /// Groups `stride` numbers of each site, given site after site.
     pub fn from_sites(stride: usize, data: &[f32], halves: bool) -> Self {
         let sites = data.len() / stride.max(1);
         let of = |s: usize| data[s * stride..][..stride].iter().enumerate();
         Self::new(stride, sites, halves, |s, put| of(s).for_each(|(e, x)| put(e, *x)))
     }
 
-    /// How many numbers each site has.
+    /// Values of each site.
     pub fn stride(&self) -> usize {
         self.stride
     }
 
-    /// How many sites there are.
+    /// Number of sites.
     pub fn len(&self) -> usize {
         self.sites
     }

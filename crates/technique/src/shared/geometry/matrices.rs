@@ -2,9 +2,9 @@
 //!
 //! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer*, section 4.2; STAR04 7.5.1: M_ij = ∫ V y_i
 //! y_j dw takes the coefficients of the light to those of the light that is not blocked, L' = M L. Both are
-//! about world axes, so that L' may be interpolated between sites whose frames differ. M is exact for the V
-//! that is known, by the integrals of three harmonics ([`Products`]). It is symmetric: its lower triangle is
-//! kept, row by row, number i(i + 1)/2 + j for j ≤ i.
+//! about world axes, so that L' may be interpolated between sites whose frames differ. M is exact for the
+//! bands of V that were baked, by the integrals of three harmonics ([`Products`]). It is symmetric: its lower
+//! triangle is kept, row by row, number i(i + 1)/2 + j for j ≤ i.
 
 use crate::gpu::Numbers;
 use crate::shared::geometry::grouped::{GROUP, Grouped, Groups};
@@ -25,13 +25,14 @@ pub const MAX_COEFFICIENTS: usize = MAX_BANDS * MAX_BANDS;
 /// Groups that a thread takes at a time.
 const SHARE: usize = 32;
 
-/// What a matrix says of directions below the horizon of its site.
+/// Visibility that a matrix assumes in directions below the horizon of its site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Below {
-    /// They are open, M of an open site is the identity: for reflectance whose coefficients end at the
-    /// horizon.
+    /// Directions below the horizon are open, so that M of an open site is the identity: for reflectance
+    /// whose coefficients end at the horizon.
     Open,
-    /// They are blocked, M of an open site is that of a half space: for kernels that reach below the horizon.
+    /// Directions below the horizon are blocked, so that M of an open site is that of a half space: for
+    /// kernels that reach below the horizon.
     Blocked,
 }
 
@@ -45,7 +46,7 @@ pub const fn padded(n: usize) -> usize {
     n.next_multiple_of(16)
 }
 
-/// How matrices are baked.
+/// Bands and precision of the matrices.
 #[derive(Debug, Clone, Copy)]
 pub struct Accuracy {
     /// Bands of light and transferred light.
@@ -67,14 +68,14 @@ pub fn visibility(
     Ok((transport::sites(slug, g)?, transfer))
 }
 
-/// Refuses what needs more memory than the task allows.
+/// Refuses a bake that needs more memory than the task allows.
 pub fn affordable(slug: &'static str, need: u64, task: &Task) -> Result<(), BakeError> {
     let allowed = task.max_memory();
     if need > allowed { Err(BakeError::Memory { slug, need, allowed }) } else { Ok(()) }
 }
 
-/// Coefficients of V of a site in 2·bands − 1 bands, with what it is to be below the horizon; zero for a site
-/// that is none.
+/// Coefficients of V of a site in 2·bands − 1 bands, completed below the horizon as `below` says; zero for an
+/// absent site.
 pub fn seen(site: &Site, v: &[f32], below: Below) -> Vec<f64> {
     let mut out: Vec<f64> = v.iter().map(|x| f64::from(*x)).collect();
     if site.is_absent() {
@@ -91,7 +92,8 @@ pub fn seen(site: &Site, v: &[f32], below: Below) -> Vec<f64> {
     out
 }
 
-/// The numbers of the matrix of such a V, i(i + 1)/2 + j.
+/// The numbers of the matrix of a visibility with the coefficients `seen`: row i, column j ≤ i at index i(i +
+/// 1)/2 + j.
 pub fn matrix(products: &Products, seen: &[f64]) -> Vec<f32> {
     let n = products.bands().pow(2);
     let full = products.matrix(seen);
@@ -140,7 +142,7 @@ impl Matrices {
         self.n
     }
 
-    /// How many there are.
+    /// Number of matrices.
     pub fn len(&self) -> usize {
         self.numbers.len()
     }
@@ -160,14 +162,14 @@ impl Matrices {
         self.numbers.by_site()
     }
 
-    /// From [`packed`] numbers of each site.
+    /// Matrices from [`packed`] numbers of each site, given site after site.
     pub fn from_sites(n: usize, data: &[f32], halves: bool) -> Self {
         Self { n, numbers: Grouped::from_sites(packed(n), data, halves) }
     }
 
-    /// Transferred light of every site, L' = M L: three channels of [`padded`] numbers each, coefficient i
-    /// multiplied by `scale[i]` at place `place[i]` of its channel. On all threads; the same bits whatever
-    /// their number.
+    /// Transferred light of every site, L' = M L: three channels of [`padded`] numbers each; coefficient i is
+    /// multiplied by `scale[i]` and stored at index `place[i]` of its channel. Runs on all threads; the bits
+    /// do not depend on their number.
     pub fn transferred(&self, light: &[[f32; 3]], scale: &[f32], place: &[usize]) -> Vec<f32> {
         let mut out = vec![0.0; self.len() * 3 * padded(self.n)];
         self.transfer(light, scale, place, &mut out);
@@ -217,7 +219,8 @@ impl Kernel for Transferred<'_> {
     }
 }
 
-/// From numbers of all sites of a group to sites with all their numbers, in the order of `at` and scaled.
+/// Transposes a group's sums, in which each number lies for all sites, to rows of all numbers of a site, in
+/// the order of `at` and scaled.
 #[inline(always)]
 fn by_site<A: Arch>(
     sums: &[[f32; GROUP]; 3 * MAX_COEFFICIENTS],
@@ -261,7 +264,7 @@ fn group<A: Arch, T: Number>(
     let mut rows = [[[0.0f32; GROUP]; MAX_COEFFICIENTS]; 2];
     let light = &light[..n];
     let each = packed(n) * GROUP;
-    // Matrices come from memory, whose time is most of it: the next group's are asked for.
+    // Time goes mostly to reading matrices from memory, so the next group's are prefetched.
     let (mut asked, line) = (0, 64 / size_of::<T>());
     let mut rest = &numbers[..each];
     let mut i = 0;
@@ -385,7 +388,7 @@ mod tests {
         }
     }
 
-    /// Saved and read again, in both precisions; what is none of these is refused.
+    /// Matrices survive a save and a load, in both precisions; malformed tensors are refused.
     #[test]
     fn files_hold_the_same_numbers() {
         for halves in [false, true] {

@@ -1,6 +1,6 @@
-//! Radiance of points among sites, each of which has a function of the direction as a few vectors of
-//! coefficients: the sum over the corners of a point's triangle, over the vectors, and over the coefficients
-//! times harmonics at the mirror direction of the viewer.
+//! Radiance of points between sites, each of which has a function of direction as a few vectors of spherical
+//! harmonic coefficients: the sum over the corners of a point's triangle, over the vectors, and over the
+//! coefficients times the harmonics at the mirror direction of the viewer.
 
 use crate::shared::geometry::by_group::{SORTED, Share, Sorted};
 use crate::shared::geometry::matrices::{MAX_COEFFICIENTS, padded};
@@ -8,11 +8,11 @@ use crate::shared::maths::harmonics::{Harmonics, LANES, MAX_TERMS};
 use crate::{Points, Radiance};
 use steradian_simd::{Arch, Kernel, Vector};
 
-/// Vectors of a site beside the first, at most.
+/// Most vectors of a site in addition to the first.
 pub const MOST: usize = 16;
 
-/// Weights of a site's vectors, filled up to whole registers. That of the first is 1 whatever stands in its
-/// place.
+/// Weights of a site's vectors, filled up to whole registers. The weight of the first vector is 1, whatever
+/// its entry holds.
 pub type Weights = [f32; 2 * MOST];
 
 /// The vectors of sites.
@@ -21,8 +21,8 @@ pub trait Vectors {
     /// of the second on. `None` beyond the end.
     fn at<A: Arch>(&self, site: u32, weights: &mut Weights) -> Option<&[f32]>;
 
-    /// Groups of sites that have the same vectors, [`MOST_GROUPS`](super::by_group::MOST_GROUPS) at most; 0
-    /// where each has its own.
+    /// Number of groups of sites that share their vectors, [`MOST_GROUPS`](super::by_group::MOST_GROUPS) at
+    /// most; 0 where each site has its own.
     fn groups(&self) -> usize {
         0
     }
@@ -33,7 +33,7 @@ pub trait Vectors {
     }
 }
 
-/// Corners of one group that are worth to be summed side by side; fewer are summed one by one.
+/// Least number of corners of one group that are summed together in lanes; fewer are summed one by one.
 const FEW: usize = 3;
 
 /// Radiance of points: Σ over corners, vectors and coefficients of weight · coefficient · y(r). Points that
@@ -75,7 +75,7 @@ impl<V: Vectors> Kernel for AtMirror<'_, '_, '_, V> {
 }
 
 impl<V: Vectors> AtMirror<'_, '_, '_, V> {
-    /// Of vectors of P coefficients a channel.
+    /// The sums for vectors of P coefficients a channel.
     #[inline(always)]
     fn sums<A: Arch, const P: usize>(self) {
         let Self { h, vectors, q, out } = self;
@@ -113,9 +113,10 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
 }
 
 impl<V: Vectors> AtMirror<'_, '_, '_, V> {
-    /// Of vectors of P coefficients a channel, N of them not zero. The vectors of a group are some kilobytes:
-    /// corner after corner they came from the second level of the cache at best. So corners are put in the
-    /// order of their groups, and each number of a vector serves as many of them as a register has lanes.
+    /// The sums for vectors of P coefficients a channel, N of them not zero, where sites share vectors. The
+    /// vectors of a group are some kilobytes: in the order of points, each corner fetched them from the
+    /// second level of the cache or further. So corners are sorted by their groups, and each coefficient
+    /// loaded serves as many of them as a register has lanes.
     #[inline(always)]
     fn grouped<A: Arch, const P: usize, const N: usize>(self) {
         let Self { h, vectors, q, out } = self;
@@ -159,7 +160,7 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
                             }
                             weights[MOST][lane] = corners[lane] * own[MOST];
                         }
-                        // Lanes without a corner get what is left of another's, and are not read.
+                        // Lanes without a corner repeat an earlier one; their results are not read.
                         turned::<A>(&rows, &mut weights[..MOST]);
                         weights[0] = corners;
                         for lane in (0..LANES).step_by(A::F32::LANES) {
@@ -227,9 +228,8 @@ fn turned<A: Arch>(rows: &[[f32; LANES]; LANES], to: &mut [[f32; LANES]]) {
     }
 }
 
-/// Sums of as many corners as there are lanes, which have the same vectors, by channel. (Neither here nor in
-/// the loops around it are there closures: some were compiled as functions of their own, for the narrowest
-/// instruction set.)
+/// Sums, by channel, of as many corners as there are lanes, all of one group. (There are no closures here or
+/// in the loops around it: some were compiled as functions of their own, for the narrowest instruction set.)
 #[inline(always)]
 fn side_by_side<A: Arch, const P: usize, const N: usize>(
     all: &[f32],
@@ -297,7 +297,7 @@ fn mirrored<A: Arch>(
     facing
 }
 
-/// From terms of all points to points with all their terms.
+/// Transposes terms, each of which lies for all points, to rows of all terms of a point.
 #[inline(always)]
 fn by_point<A: Arch, const P: usize>(y: &[[f32; LANES]; MAX_TERMS], to: &mut [[f32; P]; LANES]) {
     let lanes = A::F32::LANES;
@@ -381,7 +381,7 @@ mod tests {
     use glam::{Vec2, Vec3};
     use steradian_testkit::on_every_isa;
 
-    /// Sites of which some have the same vectors, which is used or not.
+    /// Sites in groups that share their vectors. `used` says whether the sum is told of the groups.
     struct Shared {
         data: Vec<f32>,
         each: usize,
@@ -390,7 +390,7 @@ mod tests {
     }
 
     impl Shared {
-        /// Few of the first groups, many of the others.
+        /// Squares modulo the number of groups: some groups get many sites, and some get few or none.
         fn of(&self, site: u32) -> usize {
             (site as usize * site as usize) % self.groups
         }

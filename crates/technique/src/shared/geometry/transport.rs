@@ -11,7 +11,7 @@ use steradian_transfer::{Saved, Scene, Settings, Site, Transfer, TransferError, 
 /// Numbers per site.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PerSite {
-    /// How many each site has.
+    /// Number of values of each site.
     pub stride: usize,
     /// Site after site.
     pub data: Vec<f32>,
@@ -25,7 +25,7 @@ impl PerSite {
         self.data.get(start..start + self.stride)
     }
 
-    /// The numbers of each site with those that another has behind them.
+    /// Appends to the numbers of each site those of the same site in `other`.
     #[must_use]
     pub fn beside(&self, other: &Self) -> Self {
         let both = self.data.chunks(self.stride.max(1)).zip(other.data.chunks(other.stride.max(1)));
@@ -33,7 +33,7 @@ impl PerSite {
         Self { stride: self.stride + other.stride, data }
     }
 
-    /// The same rounded to 16-bit floats.
+    /// These values rounded to 16-bit floats.
     #[must_use]
     pub fn rounded(mut self) -> Self {
         self.data.iter_mut().for_each(|x| *x = f16::from_f32(*x).to_f32());
@@ -106,14 +106,14 @@ pub fn bake(
     }
     let scene = Scene::new(&g.mesh).map_err(error)?;
     let places = match &g.sites {
-        // What the other vertices get is reflected.
+        // Light that arrives at the vertices of all slots is reflected to those baked.
         Sites::Slots(_) if settings.bounces > 1 => Site::vertices(&g.mesh),
         _ => sites(slug, g)?,
     };
     transfer(&scene, &places, &settings, None, task).map_err(error)
 }
 
-/// The bands of a file's transfer that are asked for; or what of it is not what `settings` ask for.
+/// The bands of a file's transfer that `settings` ask for, or why the file does not have them.
 fn known(saved: &Saved, mesh: &Mesh, settings: &Settings) -> Result<Transfer, String> {
     saved.fits(mesh, settings.bands).map_err(|e| e.to_string())?;
     let (t, wide) = (&saved.transfer, settings.wide());
@@ -155,8 +155,8 @@ fn known(saved: &Saved, mesh: &Mesh, settings: &Settings) -> Result<Transfer, St
     })
 }
 
-/// What of the transfer vectors arrives after reflections: nothing, one vector a site, or one for each
-/// channel.
+/// The interreflected part of the transfer vectors, that is all less direct light: empty where there is none,
+/// else one vector a site, or one for each channel.
 pub fn reflected(t: &Transfer) -> PerSite {
     let n = t.bands * t.bands;
     let Some(direct) = &t.direct else { return PerSite::default() };
@@ -169,8 +169,7 @@ pub fn reflected(t: &Transfer) -> PerSite {
     }
 }
 
-/// What `value` gives at the sites around each point, weighed; 0 where a point has none, or is seen from
-/// behind.
+/// Interpolates `value` over the sites around point `i`; 0 where the point has no sites, or faces away.
 #[inline(always)]
 pub fn gather(q: &Points<'_>, i: usize, value: impl Fn(u32) -> [f32; 3]) -> [f32; 3] {
     let facing = (0..3).map(|k| q.n[k][i] * q.wo[k][i]).sum::<f32>();

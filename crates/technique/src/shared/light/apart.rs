@@ -13,20 +13,22 @@ use std::f64::consts::PI;
 use steradian_prefilter::SmallLight;
 use steradian_prefilter::source::add_small_lights;
 
-/// Suns that are no wider than this, radians, and no farther from the strongest of them may be one disk.
+/// Texels of suns that are no wider than this, radians, and no farther from the strongest of them are merged
+/// into one disk.
 const NEAR: f64 = 0.02;
 
-/// Radiance of the light without suns counts as no less than this part of the mean square of all radiance.
+/// In relative errors, the mean square radiance of the light without suns counts as no less than this part of
+/// that of all light.
 pub const LEAST: f64 = 1e-4;
 
-/// Suns, and the light without them.
+/// The suns that are shaded exactly, and the spectrum of all other light.
 #[derive(Debug, Clone)]
 pub struct Apart {
-    /// With the exact reflectance.
+    /// Suns, shaded with the exact reflectance.
     pub suns: Vec<Sun>,
-    /// By maps.
+    /// Spectrum of the light that maps hold.
     pub rest: Spectrum,
-    /// Mean square of a coefficient of the rest beyond its bands, per channel.
+    /// Mean square of a coefficient of `rest` beyond its bands, per channel.
     pub beyond: [f64; 3],
 }
 
@@ -41,7 +43,7 @@ impl Apart {
     }
 
     /// The strongest suns, up to `most`, where each is one disk of the flux, the centre and the second moment
-    /// of its texels. What the disk misses of their outline stays in the rest.
+    /// of its texels. The difference between that disk and the texels' outline stays in `rest`.
     pub fn round_suns(light: &SunlitSpectrum, most: usize) -> Self {
         let mut out = Self { suns: Vec::new(), rest: light.spectrum.clone(), beyond: light.beyond };
         let mut left: Vec<SmallLight> = light.suns.iter().map(Sun::small_light).collect();
@@ -68,8 +70,8 @@ impl Apart {
         out
     }
 
-    /// These disks taken out too. Beyond the bands that are known they and the light that they stand for do
-    /// not cancel.
+    /// This split with further disks taken out of `rest`. They cancel the light that they replace only up to
+    /// the highest band of `rest`; beyond, both are added to `beyond`.
     pub fn with(&self, small_lights: &[SmallLight]) -> Self {
         let mut out = self.clone();
         let disks: Vec<Sun> = small_lights.iter().map(Sun::disk).collect();
@@ -79,7 +81,7 @@ impl Apart {
         out
     }
 
-    /// How maps see the rest.
+    /// The mean squares of `rest`, by which errors of maps are estimated.
     pub fn meter(&self) -> SpectralError {
         SpectralError::new(&self.rest, self.beyond)
     }
@@ -120,8 +122,8 @@ mod tests {
     use steradian_base::Task;
     use steradian_light::{DiskLight, Lights};
 
-    /// Two halves of a sun become one disk of their flux about their middle; what is elsewhere stays a sun of
-    /// its own, or in the light; and disks and rest are the light.
+    /// A sun in two halves becomes one disk of their flux about their middle; a texel elsewhere stays a sun
+    /// of its own, or in the light; and disks and `rest` add up to the light.
     #[test]
     fn parts_of_a_sun_become_one_disk() {
         let up = |angle: f64| DMat3::from_rotation_x(angle) * DVec3::Y;
@@ -145,7 +147,7 @@ mod tests {
         let off =
             again.c[0].iter().zip(&sky.spectrum.sh.c[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(off < 1e-9 * sky.spectrum.sh.c[0][0], "{off}");
-        // The rest has the sky alone in its low bands.
+        // The low bands of `rest` are those of the sky alone.
         let alone = SunlitSpectrum::bake("test", &lights::smooth(), 40, &Task::quiet()).expect("bakes");
         let near = |k: usize| (two.rest.sh.c[1][k] - alone.spectrum.sh.c[1][k]).abs();
         assert!((0..16).all(|k| near(k) < 1e-3 * alone.spectrum.sh.c[1][0]));

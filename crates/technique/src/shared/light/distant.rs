@@ -20,12 +20,12 @@ pub struct DistantLight {
     source: OnceLock<Source>,
     /// Highest band of its spectrum.
     order: usize,
-    /// The hierarchy of the light itself: of all texels of the image as it came, constant over their cells,
-    /// and of the small lights beside it. What errors are measured against.
+    /// Hierarchy of the unfiltered light, against which errors are measured: all texels of the image as
+    /// given, constant over their cells, and the small lights.
     pub tree: Tree,
     /// The image as it came.
     image: Option<Arc<Environment>>,
-    /// Disks and directional lights beside it.
+    /// Disks and directional lights in addition to the image.
     small: Vec<SmallLight>,
 }
 
@@ -90,7 +90,7 @@ impl DistantLight {
     }
 }
 
-/// The disks and directional lights beside an image.
+/// The disks and directional lights.
 pub fn small(lights: &Lights) -> Vec<SmallLight> {
     let disks = lights.disks.iter().map(SmallLight::from);
     disks.chain(lights.directionals.iter().map(SmallLight::from)).collect()
@@ -112,8 +112,8 @@ pub fn refuse_points(slug: &'static str, lights: &Lights) -> Result<(), BakeErro
 
 impl Part for DistantLight {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        // What filters see: the image at the size to which they reduce it, from which the same split follows
-        // again.
+        // Saves the image at the size to which filters reduce it: loading then finds the same small lights in
+        // it.
         let image = self.image.as_ref().map(|e| reduced(&e.image, MAX_HEIGHT));
         save_plain(image.as_ref(), &self.small, to, prefix);
         put_f64(to, format!("{prefix}.order"), vec![1], vec![self.order as f64]);
@@ -146,7 +146,7 @@ impl Part for DistantLight {
     }
 }
 
-/// Writes an image and the small lights beside it.
+/// Writes an image and the small lights in addition to it.
 pub fn save_plain(image: Option<&SphereImage>, small: &[SmallLight], to: &mut TensorFile, prefix: &str) {
     if let Some(image) = image {
         put_f32(to, format!("{prefix}.base"), vec![3, image.height, image.width], image.planes.concat());
@@ -158,7 +158,7 @@ pub fn save_plain(image: Option<&SphereImage>, small: &[SmallLight], to: &mut Te
     put_f64(to, format!("{prefix}.small_lights"), vec![small.len(), 7], small_lights);
 }
 
-/// What [`save_plain`] wrote.
+/// Reads an image and small lights that [`save_plain`] wrote.
 pub fn load_plain(
     from: &TensorFile,
     prefix: &str,

@@ -1,4 +1,4 @@
-//! The frame state and the shading of suns apart from what maps hold; `exact.wgsl` has the same functions.
+//! Frame state and shading of the suns that are shaded exactly; `exact.wgsl` has the same functions.
 
 use super::light_rotation::LightRotation;
 use super::sun::{self, STRIDE, Sun};
@@ -16,7 +16,7 @@ pub struct TurnedSuns {
 }
 
 impl TurnedSuns {
-    /// The light turned as `v` says, with these suns.
+    /// `suns` and the light rotated as `v` says.
     pub fn new(suns: &[Sun], v: &View) -> Self {
         Self { turn: LightRotation::new(v.light_rotation), suns: sun::direct(suns).turned(v) }
     }
@@ -47,8 +47,8 @@ fn exact(shader: &BrdfShader) -> (String, Vec<Table>) {
     own_reflectance(shader, "exact", "exact_cells", &suns)
 }
 
-/// `technique`, whose text calls `exact_radiance(n, t, wo)` and which has the uniform `turn`, with these
-/// suns.
+/// Adds these suns to `technique`, whose text calls `exact_radiance(n, t, wo)` and which has the uniform
+/// `turn`.
 pub fn gpu(mut technique: GpuTechnique, suns: &[Sun], brdf: Option<&SharedBrdf>) -> GpuTechnique {
     let Some(shader) = brdf.filter(|_| !suns.is_empty()).and_then(|f| f.shader()) else {
         technique.modules.insert(0, NO_SUNS.into());

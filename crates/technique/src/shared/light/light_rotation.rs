@@ -1,4 +1,4 @@
-//! The frame state of techniques that look light up by direction: where the light is turned to.
+//! The frame state of techniques that look light up by direction: the light's rotation.
 
 use crate::gpu::{Uniform, Value};
 use glam::Mat3;

@@ -1,4 +1,4 @@
-//! The light's factor: its spectrum, its suns apart from the rest, and where it is turned to.
+//! The light's factor: its spectrum, the suns that are shaded exactly, and its rotation.
 
 pub mod apart;
 pub mod distant;

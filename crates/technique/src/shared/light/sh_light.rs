@@ -1,5 +1,5 @@
-//! Factors of precomputed transfer: the albedo of diffuse surfaces, and of the light the coefficients of its
-//! first bands, and its spectrum a little beyond them, from which the error of leaving it out is estimated.
+//! Factors of precomputed transfer: the albedo of diffuse surfaces; the coefficients of the light in its
+//! first bands; and its spectrum a little beyond them, from which the error of leaving it out is estimated.
 
 use crate::gpu::{Uniform, Value};
 use crate::shared::light::distant::refuse_points;
@@ -11,14 +11,14 @@ use steradian_light::Lights;
 use steradian_prefilter::{SmallLight, source};
 use steradian_sphere::sh::{self, Rotation, ShRgb, Window};
 
-/// Highest band that the estimate of the error looks at.
+/// Highest band that enters the error estimate.
 pub const ORDER: usize = 24;
 
 /// The light's spectrum up to [`ORDER`]; shading uses its first bands.
 pub struct ShLight {
-    /// What arrives straight.
+    /// Light that arrives directly.
     direct: ShRgb,
-    /// What surfaces reflect: with the suns that are shaded exactly.
+    /// Light that surfaces reflect: `direct` and the suns that are shaded exactly.
     reflected: ShRgb,
 }
 
@@ -58,19 +58,18 @@ impl ShLight {
         Ok(Self { direct, reflected })
     }
 
-    /// The first bands of what arrives straight, turned, and multiplied per channel by `factor`.
+    /// The first bands of direct light, rotated, and multiplied per channel by `factor`.
     pub fn turned(&self, bands: usize, rotation: Mat3, factor: [f64; 3]) -> Vec<[f32; 3]> {
         turned(&self.direct, bands, rotation, factor)
     }
 
-    /// The same of the light that surfaces reflect: all of it, with the suns that are shaded exactly beside
-    /// the data.
+    /// The first bands of the light that surfaces reflect, suns shaded exactly included, rotated, and
+    /// multiplied per channel by `factor`.
     pub fn turned_reflected(&self, bands: usize, rotation: Mat3, factor: [f64; 3]) -> Vec<[f32; 3]> {
         turned(&self.reflected, bands, rotation, factor)
     }
 
-    /// Mean square over all frames of a coefficient of what arrives straight, per channel and band up to
-    /// [`ORDER`].
+    /// Mean square over all frames of a coefficient of direct light, per channel and band up to [`ORDER`].
     pub fn mean_squares(&self) -> [Vec<f64>; 3] {
         let mut out: [Vec<f64>; 3] = Default::default();
         for (out, c) in out.iter_mut().zip(&self.direct.c) {
@@ -80,8 +79,9 @@ impl ShLight {
         out
     }
 
-    /// What the first bands leave out of the convolution with a zonal kernel of coefficients `k` (up to
-    /// [`ORDER`]) where nothing is blocked, by Parseval: √(Σ_{l ≥ bands} k_l² |L_l|² / Σ k_l² |L_l|²).
+    /// Relative error of cutting the light off after the first bands, where it is convolved with a zonal
+    /// kernel of coefficients `k` (up to [`ORDER`]) and nothing is blocked, by Parseval: √(Σ_{l ≥ bands} k_l²
+    /// |L_l|² / Σ k_l² |L_l|²).
     pub fn left_out(&self, k: &[f64], bands: usize) -> f64 {
         let energy = |l: usize| -> f64 {
             let band = self.direct.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]);
@@ -122,7 +122,7 @@ impl Part for ShLight {
 pub struct Albedo(pub [f64; 3]);
 
 impl Albedo {
-    /// Of other reflectances 0.
+    /// The albedo of a Lambertian reflectance, 0 of any other.
     pub fn of(brdf: &dyn Brdf) -> Self {
         let Form::Lambert { albedo } = brdf.form() else { return Self([0.0; 3]) };
         Self(albedo)
@@ -217,8 +217,8 @@ macro_rules! names {
     };
 }
 
-/// Names of the light's coefficients as uniforms, up to eight bands: of what arrives straight, and of what is
-/// reflected.
+/// Names of the light's coefficients as uniforms, up to eight bands: of direct light, and of the light that
+/// surfaces reflect.
 const NAMES: [[&str; 64]; 2] = [names!("light_"), names!("reflected_")];
 
 fn named(names: &[&'static str; 64], light: &[[f32; 3]]) -> Vec<Uniform> {
@@ -226,12 +226,12 @@ fn named(names: &[&'static str; 64], light: &[[f32; 3]]) -> Vec<Uniform> {
     names.iter().zip(light).map(|(name, l)| Uniform { name, value: value(l) }).collect()
 }
 
-/// Coefficients as uniforms `light_0` …; 64 at most.
+/// Coefficients of direct light as uniforms `light_0` …; 64 at most.
 pub fn uniforms(light: &[[f32; 3]]) -> Vec<Uniform> {
     named(&NAMES[0], light)
 }
 
-/// Coefficients of the light that is reflected, as uniforms `reflected_0` …; 64 at most.
+/// Coefficients of the light that surfaces reflect, as uniforms `reflected_0` …; 64 at most.
 pub fn reflected_uniforms(light: &[[f32; 3]]) -> Vec<Uniform> {
     named(&NAMES[1], light)
 }

@@ -1,4 +1,4 @@
-//! What a kernel's rows k_lq make of a light in the mean, and so the error of other rows in their place.
+//! Mean square of the radiance of a kernel's rows k_lq under a light, and so the error of approximate rows.
 //!
 //! Over all frames about a centre C, L'_lq has the mean square Σ_m L_lm²/(2l + 1) whatever q (Schur
 //! orthogonality of the rotations D^l), and different (l, q) do not correlate. With B = Σ_q a_q(φ_o) Σ_l
@@ -7,8 +7,9 @@
 //! mean |B|² = Σ_l (Σ_m L_lm²)/(2l + 1) Σ_q k_l|q|², q and −q both counted,
 //!
 //! exactly; and the mean square error of other rows is the same sum of the rows' difference. Ramamoorthi &
-//! Hanrahan (2002) bound the error by one band (5.19); this is what their bound repairs to: energies take
-//! Λ_l² = 4π/(2l + 1), truncation in p or q counts, and it is a mean over directions.
+//! Hanrahan (2002) bound the error by one band (5.19); the sum above corrects that bound: energies are
+//! weighted with Λ_l² = 4π/(2l + 1), truncation in p or q counts, and it is a mean over directions, not a
+//! bound at each.
 
 use crate::shared::light::spectrum::Spectrum;
 use crate::shared::material::kernels::turns;
@@ -20,9 +21,9 @@ use steradian_prefilter::shrm::resolution::linear;
 #[derive(Debug, Clone)]
 pub struct SpectralError {
     mean: [Vec<f64>; 3],
-    /// Largest mean square at or beyond each band, of those that are known.
+    /// Largest mean square at or beyond each band, over the bands of the spectrum.
     beyond: [Vec<f64>; 3],
-    /// Mean square beyond them.
+    /// Mean square at every band beyond the spectrum.
     far: [f64; 3],
 }
 
@@ -53,16 +54,16 @@ impl SpectralError {
         both * k.enumerate().map(|(l, k)| self.mean(c, l) * k * k).sum::<f64>()
     }
 
-    /// What of a slice lies beyond its orders F and Q: its energy there times the light's largest mean square
-    /// there. What of it lies beyond Q is estimated ([`turns`]), and so is what lies beyond the light's own
-    /// bands.
+    /// Estimated squared error of a slice from the energy beyond its orders F and Q: that energy times the
+    /// light's largest mean square there. The energy beyond Q is estimated ([`turns`]), and so is that beyond
+    /// the light's own bands.
     pub fn tail(&self, s: &Slices, slice: usize) -> f64 {
         let captured = s.captured(slice, s.order, s.azimuth);
         let known = self.mean[0].len().saturating_sub(1).max(1);
-        // As many times below F as the light's last band is above it.
+        // The band as far below F, as a ratio, as the light's last band is above it.
         let before = s.captured(slice, s.order * s.order / known, s.azimuth);
         let channel = |c: usize| {
-            // Below the accuracy of the quadrature there is nothing.
+            // Energy below the accuracy of the quadrature counts as 0.
             let noise = s.energy[slice][c] * (4.0 * s.accuracy * s.accuracy).max(1e-9);
             let rest = (s.energy[slice][c] - captured[c] - noise).max(0.0);
             let turns = turns(s, slice, c).min(rest);
@@ -71,7 +72,8 @@ impl SpectralError {
             let beyond = match sup {
                 None => rest * self.far[c],
                 Some(sup) => {
-                    // A power law's share, or more than that of lobes that end sooner.
+                    // Energy beyond the light's bands: exact if energies follow a power law, too large for
+                    // lobes that end sooner.
                     let far = rest * rest / (rest + captured[c] - before[c]).max(f64::MIN_POSITIVE);
                     (rest - far) * sup + far * self.far[c].max(sup)
                 }
@@ -81,8 +83,8 @@ impl SpectralError {
         (0..3).map(channel).sum()
     }
 
-    /// The light's mean square where the row of Q has its energy: rows beyond have theirs at higher bands
-    /// still.
+    /// The light's mean square, weighted by the energy of the row of Q in each band. Rows beyond Q have their
+    /// energy at higher bands still.
     fn around(&self, c: usize, s: &Slices, slice: usize) -> f64 {
         let row = s.row(slice, s.azimuth)[c];
         let (mut energy, mut seen) = (f64::MIN_POSITIVE, 0.0);
@@ -110,8 +112,8 @@ pub fn lookup(l: usize, h: f64) -> f64 {
     if x > PI { 1.0 } else { linear(x).clamp(0.0, 1.0) }
 }
 
-/// The first of the sizes 4, 6, 8, 12, 16, … 2^k, 3·2^(k−1) up to `most` that `enough` accepts, else the
-/// last.
+/// The first size of 4, 6, 8, 12, 16, … 2^k, 3·2^(k−1) up to `most` for which `enough` holds, else the
+/// largest.
 pub fn size(most: usize, enough: impl Fn(usize) -> bool) -> usize {
     let sizes = (2..).flat_map(|k| [1usize << k, 3 << (k - 1)]).take_while(|s| *s <= most.max(4));
     let mut last = 4;

@@ -11,7 +11,7 @@ use steradian_sphere::sh::{self, ShRgb};
 /// Coefficients of distant light: the image's, and those of suns and directional lights in closed form.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spectrum {
-    /// Up to the order asked for, or what the image holds.
+    /// Up to the order of the bake, or that of the image's resolution if that is lower.
     pub sh: ShRgb,
 }
 
@@ -39,7 +39,8 @@ impl Spectrum {
         Ok(Source::new(lights, order, task)?)
     }
 
-    /// Mean square over all frames of one L'_lq per channel: Σ_m L_lm²/(2l + 1), l = 0 … order.
+    /// Mean square over all frames of a rotated coefficient L'_lq, per channel: Σ_m L_lm²/(2l + 1), l = 0 …
+    /// order.
     pub fn mean_squares(&self) -> [Vec<f64>; 3] {
         self.sh.c.each_ref().map(|c| {
             let band = |l: usize| c[l * l..(l + 1) * (l + 1)].iter().map(|x| x * x).sum::<f64>();

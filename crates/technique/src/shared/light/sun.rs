@@ -1,5 +1,5 @@
-//! What is taken out of the light and shaded with the exact reflectance: disks, and texels of the image as
-//! they are.
+//! Suns that are taken out of the light and shaded with the exact reflectance: disks, and single texels of
+//! the image.
 
 use crate::direct::{CellLight, Direct};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
@@ -10,7 +10,7 @@ use steradian_sphere::quadrature::gauss_legendre;
 
 /// Numbers that describe a sun.
 pub const STRIDE: usize = 12;
-/// Bytes of a sun, as shading reads it.
+/// Bytes of a sun in the data that shading reads.
 pub const BYTES: usize = 4 * STRIDE;
 
 /// A small light.
@@ -40,9 +40,9 @@ impl Sun {
         }
     }
 
-    /// What has its coefficients in spherical harmonics up to `order`: a disk itself; for a texel directions
-    /// at the nodes of a product rule, whose error falls faster than any power of their number once they
-    /// resolve the highest band.
+    /// Small lights that together have the sun's coefficients in spherical harmonics up to `order`: for a
+    /// disk, itself; for a texel, directions at the nodes of a product rule, whose error falls faster than
+    /// any power of their number once they resolve the highest band.
     pub fn small_lights(&self, order: usize) -> Vec<SmallLight> {
         let Self::Cell(c) = self else { return vec![self.small_light()] };
         // A wave turns by order × half of the side between the middle and the end.
@@ -96,7 +96,7 @@ impl Sun {
     }
 }
 
-/// As lights that are shaded exactly.
+/// These suns as lights that are shaded exactly.
 pub fn direct(suns: &[Sun]) -> Direct {
     let mut out = Direct::default();
     for sun in suns {
@@ -115,7 +115,7 @@ pub fn save_suns(suns: &[Sun], to: &mut TensorFile, name: String) {
     }
 }
 
-/// What [`save_suns`] saved; none where there is no such tensor.
+/// Reads the suns that [`save_suns`] wrote; none where the tensor is missing.
 pub fn load_suns(from: &TensorFile, name: &str) -> Result<Vec<Sun>, PartError> {
     if !from.tensors.contains_key(name) {
         return Ok(Vec::new());

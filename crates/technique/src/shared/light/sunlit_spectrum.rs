@@ -1,13 +1,13 @@
-//! Distant light as its spectrum, with the suns in it known one by one.
+//! Spectrum of distant light, with a list of the suns in it.
 //!
 //! A sun has no end in frequency, and its outline counts where the horizon crosses it and where the lobe is
-//! not much wider than its texels. So what is small and bright is kept beside the spectrum of all, as it is:
-//! disks, directional lights, and the texels that make the suns and lamps of an image, constant over their
-//! cells.
+//! not much wider than its texels. So small bright lights are listed in addition to the spectrum of all
+//! light: disks, directional lights, and the texels that make the suns and lamps of an image, constant over
+//! their cells.
 //!
-//! Of the rest of the light only the energy E beyond the highest band L is kept, to estimate the error of
-//! leaving it out. Images are made of edges, whose coefficients fall like l^−3 in the mean square, so that
-//! each coefficient beyond L has E/(2L²).
+//! Of all other light only the energy E beyond the highest band L is kept, to estimate the error of leaving
+//! it out. Images are made of edges, whose coefficients fall like l^−3 in the mean square, so that each
+//! coefficient beyond L has E/(2L²).
 
 use crate::direct::{self, CellLight, Suns};
 use crate::shared::light::spectrum::Spectrum;
@@ -21,15 +21,16 @@ use steradian_prefilter::source::{MAX_HEIGHT, add_small_lights, reduced};
 use steradian_prefilter::{SmallLight, Source};
 use steradian_sphere::sh::{self, ShRgb};
 
-/// Suns hold at least this part of all flux together.
+/// Texels count as suns only if they hold at least this part of all flux together.
 const SUN: f64 = 0.02;
-/// The texels that are left hold this part of Σ flux² of all bright texels …
+/// Texels are taken as suns, the brightest first, until the bright texels that remain hold this part of Σ
+/// flux² of all bright texels …
 const LEFT: f64 = 1e-3;
-/// … or this part, where that takes too many.
+/// … or, where that takes more than [`MOST`] texels, at most this part.
 const LEFT_AT_MOST: f64 = 0.02;
-/// Texels that are suns at most; where there are more, they are windows.
+/// Most texels that are suns; an image that needs more has large bright areas, as windows are, and none.
 const MOST: usize = 72;
-/// Angular radius, radians, of the disk that stands for a direction.
+/// Angular radius, radians, of the disk that represents a directional light.
 const DIRECTION: f64 = 1e-4;
 /// Light and its suns.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +65,7 @@ impl SunlitSpectrum {
         others.extend(folded.disks.iter().map(SmallLight::from));
         let base = ShRgb { order, c: source.spectrum.c.each_ref().map(|c| c[..sh::count(order)].to_vec()) };
         let beyond = beyond(&source, &base, &others);
-        // Of the image itself, whose texels are cells.
+        // The spectrum is projected from the image itself, whose texels are constant over their cells.
         let environment = lights.environment.as_ref();
         let image = environment.map(|e| sh::project(&reduced(&e.image, MAX_HEIGHT), order));
         let mut sh = image.unwrap_or_else(|| ShRgb::zero(order));
@@ -73,8 +74,8 @@ impl SunlitSpectrum {
     }
 }
 
-/// The texels that are suns, and the others; the image has a `size` of columns and rows, all light the flux
-/// `whole`.
+/// Splits bright texels into suns and others. `size` is the number of columns and rows of the image, `whole`
+/// the flux of all light.
 fn bright(texels: &[SmallLight], size: [usize; 2], whole: f64) -> (Vec<Sun>, Vec<SmallLight>) {
     let strength = |b: &SmallLight| b.flux.iter().sum::<f64>();
     let mut sorted = texels.to_vec();
@@ -104,8 +105,8 @@ fn cell(b: &SmallLight, [width, height]: [usize; 2]) -> Sun {
     Sun::Cell(CellLight { radiance: b.flux.map(|f| f / cell.solid_angle()), ..cell })
 }
 
-/// See [`SunlitSpectrum::beyond`]: what the image's own energy exceeds its bands by, and small lights, whose
-/// spectrum is flat.
+/// [`SunlitSpectrum::beyond`]: from the part of the image's energy that its bands do not hold, and from
+/// `others`, small lights with a flat spectrum.
 fn beyond(source: &Source, base: &ShRgb, others: &[SmallLight]) -> [f64; 3] {
     let last = base.order.max(1);
     let mut out = [0.0; 3];
@@ -157,8 +158,8 @@ mod tests {
     use steradian_light::Environment;
     use steradian_sphere::{Layout, SphereImage};
 
-    /// The sun of a coarse image, near its pole where texels are slim, stays what it is; the spectrum is the
-    /// image's, and without the suns that of the image without them.
+    /// The sun of a coarse image, near its pole where texels are narrow, keeps its outline; the spectrum is
+    /// that of the image, and without the suns that of the image without them.
     #[test]
     fn suns_keep_their_outline() {
         let mut image = SphereImage::from_fn(Layout::LatLong, 128, 64, |d| [1.0 + 0.5 * d.x as f32; 3]);

@@ -7,12 +7,12 @@ use std::sync::OnceLock;
 use steradian_brdf::dfg;
 use steradian_parallel::prelude::*;
 
-/// Samples over √(n·wo): denser towards grazing, where both bend.
+/// Samples over √(n·wo), denser towards grazing views, where A and B curve.
 const WIDTH: usize = 48;
 /// Samples over perceptual roughness √alpha.
 const HEIGHT: usize = 33;
 
-/// A, B, 0, 0 in rows of √(n·wo); outer samples on 0 and 1. The same for all materials.
+/// A, B, 0, 0 in rows of √(n·wo); outer samples on 0 and 1. One table for all materials.
 static TABLE: OnceLock<Vec<[f32; 4]>> = OnceLock::new();
 
 fn make() -> Vec<[f32; 4]> {

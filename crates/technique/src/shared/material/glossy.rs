@@ -17,7 +17,7 @@ use std::borrow::Cow;
 use steradian_base::{Elevation, Task};
 use steradian_brdf::Brdf;
 
-/// How a reflectance is kept.
+/// The form in which a reflectance is stored.
 pub enum Glossy {
     /// Phong's lobe.
     Lobe(PhongLobe),
@@ -25,13 +25,13 @@ pub enum Glossy {
     Table(Box<Views>),
 }
 
-/// Takes what can be tabulated, and `phong` ([`crate::Card::materials`]).
+/// Accepts reflectances that can be tabulated, and `phong` ([`crate::Card::materials`]).
 pub fn materials(brdf: &dyn Brdf) -> Result<(), String> {
     PhongLobe::materials(brdf).or_else(|_| certify::measurable(brdf))
 }
 
 impl Glossy {
-    /// Of a reflectance, in so many bands; the table has `size`² texels.
+    /// The reflectance of `m` in `bands` bands; its table, if it needs one, has `size`² texels.
     pub fn bake(
         slug: &'static str,
         m: &Material,
@@ -53,8 +53,8 @@ impl Glossy {
         Ok(Self::Table(Box::new(Views::bake(slug, m, [bands, size], false, task)?)))
     }
 
-    /// What matrices say of directions below the horizon: Phong's kernel reaches there, coefficients of f_cos
-    /// end at it.
+    /// Visibility that matrices assume below the horizon: Phong's kernel has values there, so it must be
+    /// blocked; coefficients of f_cos are zero there already.
     pub fn below(&self) -> Below {
         match self {
             Self::Lobe(_) => Below::Blocked,
@@ -62,7 +62,7 @@ impl Glossy {
         }
     }
 
-    /// What light is multiplied with, per channel.
+    /// Factor of the light, per channel.
     pub fn factor(&self) -> [f64; 3] {
         match self {
             Self::Lobe(lobe) => lobe.factor,
@@ -70,7 +70,7 @@ impl Glossy {
         }
     }
 
-    /// Per coefficient of transferred light of so many bands what it is multiplied with, and its place.
+    /// For each coefficient of transferred light in `bands` bands its factor and its index.
     pub fn order(&self, bands: usize) -> (Vec<f32>, Vec<usize>) {
         match self {
             Self::Lobe(lobe) => (lobe.scale(bands), harmonics::places(bands - 1)),
@@ -78,7 +78,8 @@ impl Glossy {
         }
     }
 
-    /// What the first bands leave out where nothing is blocked, and that by elevation of the view.
+    /// Relative error of cutting off after `bands` bands where nothing is blocked, and that by elevation of
+    /// the view where it is available.
     pub fn left_out(&self, light: &ShLight, bands: usize) -> (f64, Vec<Elevation>) {
         match self {
             Self::Lobe(lobe) => (light.left_out(&lobe.kernel(sh_light::ORDER), bands), Vec::new()),
@@ -99,9 +100,9 @@ impl Glossy {
         }
     }
 
-    /// `fn shade_site(n, t, wo, p, site)` in WGSL by way of `transferred(site, c)`, the sum of the
-    /// coefficients c of a reflectance times those of the light that reaches a site; and what it reads.
-    /// Coefficients of the lobe are times k_l where `scaled`.
+    /// `fn shade_site(n, t, wo, p, site)` in WGSL, and the buffers that it reads. It calls `transferred(site,
+    /// c)`, the sum of the coefficients c of a reflectance times those of the light that reaches a site.
+    /// Coefficients of the lobe include k_l where `scaled`.
     pub fn wgsl(&self, bands: usize, scaled: bool) -> (Vec<Cow<'static, str>>, Vec<Buffer>) {
         match self {
             Self::Lobe(lobe) => {

@@ -10,11 +10,11 @@ use steradian_brdf::central::{CentralError, Centre, MAX_ORDER, Slice, Slices};
 use steradian_brdf::model::strand::Kind;
 use steradian_brdf::{Brdf, Files, Form, SharedBrdf, parse_with};
 
-/// Error of the integrals, over the error that orders may leave.
+/// Error of the integrals, relative to the error that truncation of orders may cause.
 const QUADRATURE: f64 = 0.01;
 /// RMS error to which reflectance is integrated where centres are compared.
 pub const COARSE: f64 = 1e-3;
-/// One in so many elevations is looked at for the orders that are needed.
+/// Step in elevations at which the required orders are determined.
 const EVERY: usize = 8;
 
 /// Slices of one reflectance.
@@ -22,8 +22,8 @@ const EVERY: usize = 8;
 pub struct Kernels {
     /// The slices.
     pub slices: Slices,
-    /// The reflectance, where its spec, with what the files hold that it names, makes it again, GPUs have it
-    /// too, and it is a formula: millions of measurements have no place in a bake.
+    /// The reflectance, where its spec and the file contents saved with it restore it, GPUs have text of it,
+    /// and it is a formula: millions of measurements do not belong in a bake.
     pub brdf: Option<SharedBrdf>,
 }
 
@@ -35,7 +35,8 @@ pub fn refused(slug: &'static str) -> impl Fn(CentralError) -> BakeError {
     }
 }
 
-/// Isotropic reflectance, and what depends on t·wi and t·wo alone, of measurable sharpness.
+/// Accepts isotropic reflectance, and reflectance that depends on t·wi and t·wo alone, of measurable
+/// sharpness.
 pub fn materials(brdf: &dyn Brdf) -> Result<(), String> {
     let strand = matches!(brdf.form(), Form::Strand { kind: Kind::KajiyaKay | Kind::BanksMap, .. });
     if brdf.is_isotropic() || strand {
@@ -135,7 +136,7 @@ pub fn word(centre: Centre) -> f64 {
     }
 }
 
-/// The centre that number stands for in parameters and files.
+/// The centre that a number in parameters and files means.
 pub fn centre_of(word: f64) -> Option<Centre> {
     [Centre::Reflection, Centre::Normal, Centre::Tangent].into_iter().find(|c| self::word(*c) == word)
 }

@@ -1,4 +1,4 @@
-//! The reflectance's factor: the model itself, and what is tabulated of it.
+//! The reflectance's factor: the model itself, and its tables.
 
 pub mod albedo;
 pub mod glossy;

@@ -15,7 +15,7 @@ pub struct PhongLobe {
 }
 
 impl PhongLobe {
-    /// That of a reflectance that [`PhongLobe::materials`] takes.
+    /// The lobe of a reflectance that [`PhongLobe::materials`] accepts.
     pub fn of(brdf: &dyn Brdf) -> Self {
         let Form::Phong { n, factor, .. } = brdf.form() else { return Self { n: 1.0, factor: [0.0; 3] } };
         Self { n, factor }
@@ -46,7 +46,7 @@ impl PhongLobe {
         )
     }
 
-    /// The same without k_l.
+    /// The text of [`PhongLobe::wgsl`] without k_l.
     pub fn plain_wgsl(bands: usize) -> String {
         format!(
             "{}fn lobe(r: vec3<f32>) -> array<f32, {}> {{\n    return harmonics(r);\n}}\n",

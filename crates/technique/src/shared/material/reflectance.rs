@@ -5,7 +5,7 @@ use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{Material, Part};
 use steradian_brdf::{Brdf, Domain, Files, Form, SharedBrdf, parse_with, spec_without_folders};
 
-/// A reflectance that saves as its spec string, with what the files hold that it names.
+/// A reflectance that is saved as its spec string and the contents of the files that the spec names.
 #[derive(Debug, Clone)]
 pub struct Reflectance {
     /// The model.
@@ -24,7 +24,7 @@ impl Reflectance {
     }
 }
 
-/// Saves a reflectance under `key`: its spec, and what the files hold that the spec names.
+/// Saves a reflectance under `key`: its spec, and the contents of the files that the spec names.
 pub fn put(to: &mut TensorFile, key: &str, brdf: &dyn Brdf) {
     let mut spec = brdf.spec();
     if let Some(held) = brdf.held() {
@@ -34,7 +34,8 @@ pub fn put(to: &mut TensorFile, key: &str, brdf: &dyn Brdf) {
     to.metadata.insert(key.into(), spec);
 }
 
-/// The reflectance that [`put`] saved. No file is opened, whatever the spec says.
+/// The reflectance that [`put`] saved, rebuilt from its spec and saved tensors; no file that the spec names
+/// is opened.
 pub fn kept(from: &TensorFile, key: &str) -> Result<SharedBrdf, PartError> {
     let spec = from.metadata.get(key).ok_or_else(|| PartError::Missing(key.into()))?;
     let held = if from.tensors.contains_key(key) { Some(get_f64(from, key, 1)?.1) } else { None };

@@ -1,10 +1,10 @@
-//! What stays the same of a reflectance where directions change.
+//! Symmetries of a reflectance.
 
 use glam::{DVec2, DVec3};
 use steradian_brdf::Brdf;
 use steradian_sphere::sampling::{R2, hemisphere};
 
-/// Which changes of both directions leave f as it is.
+/// Transformations of both directions that leave f unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Symmetry {
     /// Turns about the normal.
@@ -15,13 +15,13 @@ pub struct Symmetry {
     pub reciprocal: bool,
 }
 
-/// Pairs of directions that are tried.
+/// Number of pairs of directions that are tried.
 const PAIRS: u32 = 512;
-/// Relative difference that counts as none.
+/// Relative difference up to which values count as equal.
 const SAME: f64 = 1e-6;
 
 impl Symmetry {
-    /// By trial; whether turns change nothing is what the model says.
+    /// Finds mirror symmetry and reciprocity by trial; isotropy is what the model declares.
     pub fn of(brdf: &dyn Brdf) -> Self {
         let (mut mirrored, mut reciprocal) = (true, true);
         let (lattice, mut alike) = (R2::default(), true);

@@ -13,7 +13,8 @@ pub fn arccos(x: f32) -> f32 {
     (1.0 - x).max(0.0).sqrt() * (FRAC_PI_2 + x * (-0.214_598_8 + x * b))
 }
 
-/// The angle in 0 … π/2 of a sine and a cosine in 0 … 1, from the one that keeps its digits.
+/// The angle in 0 … π/2 of a sine and a cosine in 0 … 1, computed from the smaller of both, which is the one
+/// that loses no digits.
 #[inline(always)]
 pub fn angle(sine: f32, cosine: f32) -> f32 {
     if cosine < sine { arccos(cosine) } else { FRAC_PI_2 - arccos(sine) }
@@ -25,7 +26,7 @@ pub fn angle(sine: f32, cosine: f32) -> f32 {
 pub fn sin_cos(x: f32) -> [f32; 2] {
     // Adding 1.5 · 2²³ rounds to a whole number, which the lowest bits then hold.
     const WHOLE: f32 = 12_582_912.0;
-    // π/2 less what single precision keeps of it.
+    // π/2 minus its single-precision value.
     const REST: f32 = -4.371_139e-8;
     let rounded = x * FRAC_2_PI + WHOLE;
     let (quarter, turns) = (rounded.to_bits(), rounded - WHOLE);

@@ -8,9 +8,9 @@ use crate::shared::maths::vector::dot;
 use std::f64::consts::PI;
 use steradian_simd::Vector;
 
-/// Directions side by side in [`Harmonics::eval_lanes`].
+/// Number of directions that [`Harmonics::eval_lanes`] evaluates together.
 pub const LANES: usize = 16;
-/// Terms at most.
+/// Most terms.
 pub const MAX_TERMS: usize = 128;
 
 /// The functions y_pq with p ≤ P and |q| ≤ min(p, Q). Order: q = 0 with p = 0 … P, then for q = 1 … Q and p =
@@ -26,7 +26,7 @@ pub struct Harmonics {
     steps: Vec<[f32; 2]>,
 }
 
-/// How many terms there are.
+/// Number of terms.
 pub fn count(p: usize, q: usize) -> usize {
     let q = q.min(p);
     (p + 1) + (1..=q).map(|q| 2 * (p + 1 - q)).sum::<usize>()
@@ -116,7 +116,7 @@ impl Harmonics {
         count(self.p, self.q)
     }
 
-    /// All terms at unit `d`, the rest of `y` stays.
+    /// Writes all terms at unit `d`; `y` beyond them keeps its values.
     #[inline(always)]
     pub fn eval(&self, d: [f32; 3], y: &mut [f32; MAX_TERMS]) {
         let [x, yy, z] = d;

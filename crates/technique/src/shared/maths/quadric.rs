@@ -49,8 +49,8 @@ pub fn value(m: &Mat4, n: [f32; 3]) -> f32 {
     square + 2.0 * (cross + linear) + d.w
 }
 
-/// Eqs 11–12 with the basis's constants where the paper has rounded c1 … c5, and −c5/3 of Y_20 spread over
-/// xx and yy by 1 = x² + y² + z².
+/// Eqs 11–12, with the basis's own constants where the paper has rounded c1 … c5, and with the term −c5/3 of
+/// Y_20 distributed over xx and yy by 1 = x² + y² + z².
 fn matrix(c: &[f64], scale: [f64; 3]) -> Mat4 {
     let e = |l: usize, m: isize| scale[l] * c.get(sh::index(l, m)).copied().unwrap_or(0.0);
     let (y0, y1) = ((0.25 / PI).sqrt(), (0.75 / PI).sqrt());

@@ -33,14 +33,13 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// Of a normal and a tangent across it.
+    /// The frame of a normal and a tangent perpendicular to it.
     #[inline(always)]
     pub fn new(n: [f32; 3], t: [f32; 3]) -> Self {
         Self { axes: [t, cross(n, t), n] }
     }
 
-    /// The same with the bitangent on the other side where `side` is −1, as where a surface's texture is
-    /// mirrored.
+    /// The frame with its bitangent reversed where `side` is −1, as on surfaces whose texture is mirrored.
     #[inline(always)]
     pub fn sided(n: [f32; 3], t: [f32; 3], side: f32) -> Self {
         Self { axes: [t, cross(n, t).map(|x| side * x), n] }

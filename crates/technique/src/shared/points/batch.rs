@@ -3,7 +3,7 @@
 
 use crate::{Points, Radiance};
 
-/// What a point's shading starts from.
+/// A point to be shaded.
 #[derive(Clone, Copy)]
 pub struct Point {
     /// Normal.
@@ -14,11 +14,11 @@ pub struct Point {
     pub r: [f32; 3],
     /// n·wo in (0, 1].
     pub cos_o: f32,
-    /// Its place in the batch.
+    /// Index of the point in the batch.
     pub index: usize,
 }
 
-/// Writes `f` of every point that faces the viewer, and 0 for the others.
+/// Writes `f` of every point that faces the viewer, and 0 for all other points.
 #[inline]
 pub fn shade(q: &Points<'_>, out: &mut Radiance<'_>, f: impl Fn(Point) -> [f32; 3]) {
     steradian_simd::dispatch(|| run(q, out, f));
@@ -70,14 +70,14 @@ pub struct Block {
     pub index: [usize; WIDTH],
 }
 
-/// What shades a block; mark the function and all that it calls `#[inline(always)]`, so that it is compiled
-/// for the instructions at hand (a closure of this size would not be).
+/// Shades a block of points. Mark the function and all that it calls `#[inline(always)]`, so that it is
+/// compiled for the dispatched instruction set (a closure of this size would not be).
 pub trait BlockShader {
     /// Radiance of each point, 0.
     fn shade(&self, p: &Block) -> [[f32; 4]; WIDTH];
 }
 
-/// Writes the radiance of every point that faces the viewer, and 0 for the others.
+/// Writes the radiance of every point that faces the viewer, and 0 for all other points.
 #[inline]
 pub fn shade_blocks(q: &Points<'_>, out: &mut Radiance<'_>, shader: &impl BlockShader) {
     struct Blocks<'a, 'b, 'c, S>(&'a Points<'a>, &'a mut Radiance<'b>, &'c S);

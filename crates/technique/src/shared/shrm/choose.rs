@@ -14,40 +14,40 @@ use std::f64::consts::PI;
 use steradian_base::Task;
 use steradian_brdf::central::{Centre, Lpq, Slices};
 
-/// P at most.
+/// Highest P.
 #[derive(Debug, Clone, Copy)]
 pub struct HighestP {
-    /// Where the user asks for no tolerance.
+    /// Where the user gives no tolerance.
     pub usual: usize,
-    /// Where the user does.
+    /// Where the user gives one.
     pub asked: usize,
-    /// With q = 0 alone.
+    /// Where maps have q = 0 alone.
     pub zonal: usize,
 }
 
-/// Intervals from pole to pole at most where the tolerance decides.
+/// Most intervals from pole to pole, where the tolerance decides.
 const MOST_SIZE: usize = 384;
 
-/// Share of a light's power below which azimuthal terms are rounding.
+/// Azimuthal terms below this share of the light's power count as rounding errors.
 const ROUNDING: f64 = 1e-11;
 
-/// Numbers of suns that are taken apart where maps of all light miss the tolerance.
+/// Numbers of suns that are tried as exactly shaded where maps of all light miss the tolerance.
 const SUNS: [usize; 3] = [1, 4, 16];
-/// More of them must lower the error to this part of it.
+/// A larger number of suns is kept only if it lowers the error to this part of the error before.
 const WORTH: f64 = 0.8;
-/// Where nobody asks for a tolerance, errors up to 60° stay below this part of the usual one, or suns go: few
-/// views see a sun, and those err by more than the mean.
+/// Where the user gives no tolerance, suns are taken out unless the error of views up to 60° is below this
+/// part of the default tolerance: few views see a sun, and their errors are above the mean.
 const MARGIN: f64 = 0.8;
 
-/// Where no P meets the goals, the lowest whose miss is at most so many times the least is taken: misses are
-/// fourth powers, so that errors differ by 5 % at most, and maps grow like (P + 1)².
+/// Where no P meets the goals, the lowest P is taken whose [`Goals::missed`] is at most so many times the
+/// least: it is a fourth power of errors, so that these differ by 5 % at most, while maps grow like (P + 1)².
 const ALIKE: f64 = 1.2;
 
-/// What is to be made into maps.
+/// The expansion from which maps are made.
 pub struct Expansion {
-    /// The light that maps hold, and the suns that they do not.
+    /// The light that maps hold, and the suns that are shaded exactly.
     pub apart: Apart,
-    /// ρ̂_lpq of what is left without the diffuse part.
+    /// ρ̂_lpq of the reflectance without its diffuse part.
     pub lpq: Lpq,
     /// F.
     pub f: usize,
@@ -59,7 +59,7 @@ pub struct Expansion {
     pub scale: ScaleTable,
     /// Intervals from pole to pole, or per cube edge.
     pub size: usize,
-    /// What is known of the error.
+    /// Estimated errors, and the orders chosen.
     pub report: Report,
 }
 
@@ -85,8 +85,8 @@ pub fn choose(
     let wanted = Wanted { slug, slices, totals, p, highest, spacing };
     let mut best = wanted.expand(Apart::round_suns(light, first), task)?;
     let enough = task.tolerance().unwrap_or(MARGIN * TOLERANCE);
-    // What round suns miss of the outlines is more than lobes much narrower than those here are for can do
-    // with.
+    // After disks in place of suns, the texels' exact outlines are tried: lobes much narrower than those that
+    // maps are made for show the difference.
     let texels = more.last().map(|_| Apart::suns(light, usize::MAX));
     for apart in more.iter().map(|count| Apart::round_suns(light, *count)).chain(texels) {
         if best.0 <= enough || apart.suns.is_empty() {
@@ -100,7 +100,7 @@ pub fn choose(
     Ok(best.1)
 }
 
-/// What maps are chosen for.
+/// Inputs of the choice of an expansion.
 struct Wanted<'a, S> {
     slug: &'static str,
     slices: &'a Slices,
@@ -112,7 +112,8 @@ struct Wanted<'a, S> {
 }
 
 impl<S: Fn(usize) -> f64> Wanted<'_, S> {
-    /// The expansion for what `apart` leaves to maps, and the error that the tolerance bounds.
+    /// The expansion for the light that `apart` leaves to maps, and the error that is compared with the
+    /// tolerance.
     fn expand(&self, apart: Apart, task: &Task) -> Result<(f64, Expansion), BakeError> {
         task.check()?;
         let meter = apart.meter();
@@ -138,7 +139,7 @@ impl<S: Fn(usize) -> f64> Wanted<'_, S> {
         } else {
             (search(p, most, goals, made)?, p.order)
         };
-        // Nobody sees cut and lookups below the error that is reached.
+        // Errors of truncation and lookups need not be smaller than the error that the fit has anyway.
         let reached = if everywhere { powers.error().sqrt() } else { 0.0 };
         let tolerance = tolerance.max(reached);
         let f = fixed.map_or_else(|| powers.faded(tolerance), |f| f.min(s.order));
@@ -170,25 +171,26 @@ impl<S: Fn(usize) -> f64> Wanted<'_, S> {
     }
 }
 
-/// 1 − the share of (5.18) of the channel that fares worst.
+/// 1 − the captured share of energy (5.18), of the channel where that is smallest.
 fn missing(lpq: &Lpq, f: usize) -> f64 {
     (1.0 - lpq.share(f, lpq.p)).max(0.0)
 }
 
-/// What the search for P is after, as relative RMS errors.
+/// Target errors of the search for P, relative RMS.
 #[derive(Debug, Clone, Copy)]
 struct Goals {
-    /// Mean over elevations that count.
+    /// Error of the mean over elevations that count.
     mean: f64,
-    /// Each of them.
+    /// Error of each elevation that counts.
     each: f64,
-    /// Mean over all elevations.
+    /// Error of the mean over all elevations.
     all: f64,
 }
 
 impl Goals {
-    /// Where nobody asks for a tolerance each elevation that counts is to meet it, not only their mean, and
-    /// pictures should not suffer much from the others. Cut and lookups take their part.
+    /// Targets for a tolerance. Where the user gives none (`everywhere` false), not only the mean over views
+    /// up to 60° but each of these elevations is to meet it, and the error of the mean over all views is
+    /// bounded loosely. The factors leave room for the errors of truncation and lookups.
     fn new(tolerance: f64, everywhere: bool) -> Self {
         let [mean, each, all] =
             if everywhere { [0.85, f64::INFINITY, f64::INFINITY] } else { [0.65, 0.8, 2.5] };
@@ -200,14 +202,14 @@ impl Goals {
         (x.error().sqrt() / self.mean).max(x.worst().sqrt() / self.each)
     }
 
-    /// How far the goals are missed, 1 where all are met: elevations that count come first.
+    /// Cost of missing the targets, 1 where all are met; elevations that count weigh most.
     fn missed(&self, x: &Powers) -> f64 {
         self.near(x).max(1.0).powi(4) * (x.error_of_all().sqrt() / self.all).max(1.0)
     }
 }
 
-/// The lowest P that meets the goals, or that misses them by hardly more than any; with a diffuse part of its
-/// own where that makes P lower or the miss less.
+/// The fit of lowest P that meets the targets, or misses them hardly more than any other; with a diffuse part
+/// of its own where that lowers P or the miss.
 fn search(
     p: &Orders,
     most: usize,

@@ -3,12 +3,12 @@
 use super::powers::{Powers, Seen};
 use steradian_brdf::central::{Argument, CentralError, Centre, Lpq, Slices};
 
-/// Rounds of reweighting that even the error out over the elevations that count.
+/// Rounds of reweighting, by which the errors of the elevations that count become even.
 const ROUNDS: usize = 8;
 
-/// A fit with what it was made of.
+/// A fit and the slices that it approximates.
 pub struct Fit {
-    /// What is left without the diffuse part.
+    /// The slices without the diffuse part, which are fitted.
     pub rest: Slices,
     /// ρ̂_lpq.
     pub lpq: Lpq,
@@ -16,10 +16,10 @@ pub struct Fit {
     pub diffuse: [f64; 3],
 }
 
-/// How fits are made.
+/// Options of a fit.
 #[derive(Debug, Clone, Copy)]
 pub struct How {
-    /// What y_pq are functions of.
+    /// The direction that y_pq are functions of.
     pub of: Argument,
     /// The paper's projection.
     pub plain: bool,
@@ -29,8 +29,9 @@ pub struct How {
     pub each: f64,
 }
 
-/// How much an elevation counts in the fit, in θ_v: all alike up to 60°, then less and less, since what lobes
-/// are at grazing would else spoil the rest; harmonics of the view cannot hold it anyway.
+/// Weight of an elevation θ_v in the fit: 1 up to about 60°, then falling towards the horizon, since lobes at
+/// grazing views, which harmonics of the view cannot represent anyway, would otherwise spoil the fit
+/// elsewhere.
 fn emphasis(theta_v: f64, of: Argument) -> f64 {
     let degrees = theta_v.to_degrees();
     match of {
@@ -60,8 +61,8 @@ pub fn best(
     };
     let mut best = one(&emphases)?;
     best.1.even_out(how.each * how.each, &mut emphases);
-    // About the tangent one more p is one more map: better than an error that is spread evenly, and is seen
-    // where it is dark.
+    // About the tangent one more p costs one more map. That is better than an error that is spread evenly,
+    // and is therefore visible where the surface is dark.
     let once = how.plain || how.everywhere || s.centre == Centre::Tangent;
     for _ in 1..if once { 1 } else { ROUNDS } {
         if met(&best.1) {

@@ -9,24 +9,24 @@ use steradian_brdf::central::{Argument, CentralError, Centre, Lpq, Slice, Slices
 
 /// Elevations of the fit.
 const ELEVATIONS: usize = 45;
-/// F of the slices to begin with, and the highest that a tolerance asks for.
+/// F of the slices at first, and the highest F that a tolerance may raise it to.
 const LEAST: usize = 48;
 const MOST: usize = 96;
-/// Elevations, F and P at which centres are compared.
+/// Number of elevations, F and P of the fits by which centres are compared.
 const TRIAL: (usize, usize, usize) = (8, 16, 2);
-/// Views up to which F must hold the lobe, degrees.
+/// F must represent the lobe for views up to this angle from the normal, degrees.
 const VIEWS: f64 = 80.5;
-/// Q of the slices: beyond the P of any fit, to know what is left out.
+/// Q of the slices. It exceeds the P of any fit, so that the energy that a fit leaves out is measured.
 const AZIMUTH: usize = 12;
 
-/// The middles of equal parts of what the viewer's elevation about `centre` can be.
+/// `count` elevations of the viewer about `centre`: the midpoints of equal parts of their range.
 fn elevations(centre: Centre, count: usize) -> Vec<Slice> {
     let middle = |i: usize| centre.reach() * (i as f64 + 0.5) / count as f64;
     (0..count).map(|i| centre.slice(middle(i))).collect()
 }
 
-/// The centre about which low orders hold most of the energy: the tangent for what depends on it alone, else
-/// the mirror direction or the normal.
+/// The centre about which low orders hold most of the energy: the tangent for anisotropic reflectance, which
+/// depends on it alone, else the mirror direction or the normal.
 fn best_centre(brdf: &dyn Brdf, task: &Task) -> Result<Centre, CentralError> {
     if !brdf.is_isotropic() {
         return Ok(Centre::Tangent);

@@ -1,5 +1,5 @@
-//! What the techniques of spherical harmonic reflection maps share (Ramamoorthi & Hanrahan 2002): parameters,
-//! the choice of orders and resolutions by the measured light, and the scale by elevation.
+//! Common code of the techniques of spherical harmonic reflection maps (Ramamoorthi & Hanrahan 2002):
+//! parameters, the choice of orders and resolutions by the measured light, and the scale by elevation.
 
 mod choose;
 mod fit;
@@ -34,8 +34,8 @@ pub const DIRECTIONS: [&str; 4] = [
     include_str!("../points/central.wgsl"),
 ];
 
-/// The WGSL text that the local and the global form have before their own: directions, and the diffuse part,
-/// if there is one.
+/// The WGSL modules common to the local and the global form: directions, and the diffuse part, if there is
+/// one; `own` follows.
 pub fn shader(diffuse: bool, own: &[&'static str]) -> Vec<Cow<'static, str>> {
     let diffuse = if diffuse { include_str!("diffuse.wgsl") } else { include_str!("black.wgsl") };
     DIRECTIONS.into_iter().chain([diffuse]).chain(own.iter().copied()).map(Cow::from).collect()

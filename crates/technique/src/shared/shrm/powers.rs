@@ -1,5 +1,5 @@
-//! Powers by band and elevation of a reflectance, of what a fit makes of it and of the error: what orders
-//! cost.
+//! Power of a reflectance by band and elevation, of its fit, and of the fit's error: from these the error of
+//! any choice of orders follows.
 
 use super::scale::ScaleTable;
 use crate::certify::Report;
@@ -8,10 +8,12 @@ use crate::shared::light::spectral_error::{self, SpectralError};
 use steradian_base::Elevation;
 use steradian_brdf::central::{Centre, Lpq, Slices};
 
-/// Views up to this, degrees, are to meet a tolerance that nobody asked for, and must not fare worse for the
-/// others' sake where somebody does.
+/// Angle from the normal, degrees, up to which views decide the choice of orders where the user gives no
+/// tolerance. Where the user gives one, all views count; then views up to this angle must not get worse than
+/// before.
 const VIEWS: f64 = 60.0;
-/// How far beyond them elevations are looked at, so that the next one beyond counts too.
+/// Degrees by which the limit is widened when elevations are selected, so that the first beyond it counts
+/// too.
 const MARGIN: f64 = 2.0;
 
 /// Power by band of one elevation.
@@ -28,12 +30,14 @@ pub struct Bands {
     made: Vec<f64>,
     error: Vec<f64>,
     tail: f64,
-    /// What errors are relative to in a certificate: the power of all light, also of what no map holds.
+    /// Power of the radiance under all light, including light that no map holds; certificates state errors
+    /// relative to it.
     total: f64,
 }
 
 impl Bands {
-    /// What errors are relative to in the choice of orders: the power of the light that maps hold.
+    /// Power of the radiance under the light that maps hold; errors in the choice of orders are relative to
+    /// it.
     fn whole(&self) -> f64 {
         (self.exact.iter().sum::<f64>() + self.tail).max(LEAST * self.total)
     }
@@ -48,12 +52,12 @@ impl Bands {
         ratio(self.square(), self.whole())
     }
 
-    /// What the bands beyond F take away from the error.
+    /// Squared error that truncation after F adds to that of the fit.
     fn cut(&self, f: usize) -> f64 {
         (f + 1..self.exact.len()).map(|l| self.exact[l] - self.error[l]).sum()
     }
 
-    /// What lookups between texels `h` apart add.
+    /// Squared error that interpolation between texels `h` apart adds.
     fn lookups(&self, f: usize, h: f64) -> f64 {
         (0..=f).map(|l| self.made[l] * spectral_error::lookup(l, h)).sum()
     }
@@ -66,7 +70,7 @@ impl Bands {
     }
 }
 
-/// How the light that maps are to hold is seen, and the mean square of all radiance at every elevation.
+/// The light in maps, and the mean square of all radiance at every elevation.
 pub struct Seen<'a> {
     pub meter: &'a SpectralError,
     pub totals: &'a [f64],
@@ -81,8 +85,8 @@ fn elevation(s: &Slices, i: usize) -> f64 {
 }
 
 impl Powers {
-    /// Of the fit `lpq` to `rest`, which is `all` without its diffuse part. Elevations up to 60° count, or
-    /// all.
+    /// Powers of the fit `lpq` to `rest`, which is `all` without its diffuse part. Elevations up to 60°
+    /// count, or all where `everywhere`.
     pub fn new(seen: &Seen<'_>, all: &Slices, rest: &Slices, lpq: &Lpq, everywhere: bool) -> Self {
         let meter = seen.meter;
         let one = |i: usize| {
@@ -145,7 +149,7 @@ impl Powers {
         ratio(self.mean(false, Bands::square), self.exact(false))
     }
 
-    /// The same over all elevations.
+    /// Squared relative error over all elevations.
     pub fn error_of_all(&self) -> f64 {
         ratio(self.mean(true, Bands::square), self.exact(true))
     }
@@ -155,8 +159,9 @@ impl Powers {
         self.0.iter().filter(|b| b.counts).map(Bands::error).fold(0.0, f64::max)
     }
 
-    /// Gives elevations that count more weight where their squared error is larger than `goal` (Lawson's
-    /// iteration), or than half the mean, so that what cannot meet it does not forget the others.
+    /// Raises the weight of elevations that count whose squared error is above `goal`, or above half the mean
+    /// if that is larger, and lowers it below (Lawson's iteration). The bound by the mean keeps elevations
+    /// that cannot meet the goal from taking all weight.
     pub fn even_out(&self, goal: f64, emphases: &mut [f64]) {
         let level = goal.max(0.5 * self.mean(false, Bands::error));
         for (e, b) in emphases.iter_mut().zip(&self.0).filter(|(_, b)| b.counts && level > 0.0) {
@@ -170,9 +175,9 @@ impl Powers {
         (0..bands).find(|f| self.larger(|b| b.cut(*f)) <= most).unwrap_or(bands - 1)
     }
 
-    /// F for a tolerance: what the cut adds to the mean square is little, and so is what is seen of it. A cut
-    /// that is small beside a sun's lobe is a row of rings around it, so bands go on until these have faded,
-    /// or to twice as many where a lobe's edge keeps them from fading.
+    /// F for a tolerance: truncation adds little to the mean square, and is hardly visible. A truncation
+    /// error that is small relative to a sun's lobe shows as rings around it, so bands are added until these
+    /// have faded, or to twice as many where a lobe's edge keeps them from fading.
     pub fn faded(&self, tolerance: f64) -> usize {
         let little = self.order((0.25 * tolerance).powi(2));
         self.order((0.02 * tolerance).powi(2)).min(2 * little)
@@ -183,12 +188,13 @@ impl Powers {
         self.larger(|b| b.lookups(f, h))
     }
 
-    /// The largest error of the elevations up to 60° as certificates state it.
+    /// The largest relative error of the elevations up to 60°, as certificates state it.
     pub fn largest(&self, f: usize, h: f64, scale: &ScaleTable) -> f64 {
         self.largest_of(f, h, scale, |b| b.total)
     }
 
-    /// The same, relative to the power of the light that maps hold.
+    /// The largest relative error of the elevations up to 60°, relative to the power of the light that maps
+    /// hold.
     pub fn beside_suns(&self, f: usize, h: f64, scale: &ScaleTable) -> f64 {
         self.largest_of(f, h, scale, Bands::whole)
     }
@@ -239,5 +245,5 @@ pub fn ratio(error: f64, exact: f64) -> f64 {
     if exact > 0.0 { (error / exact).max(0.0) } else { 0.0 }
 }
 
-/// Angles between view and normal, degrees, of which errors are stated.
+/// Angles between view and normal, degrees, at which certificates state errors.
 pub const ANGLES: [f64; 13] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 65.0, 70.0, 75.0, 80.0, 85.0, 88.0];

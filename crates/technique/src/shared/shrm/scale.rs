@@ -31,8 +31,8 @@ impl ScaleTable {
         Self { first: 0.0, density: 1.0, knots: vec![[1.0; 4]; 2], error: Vec::new() }
     }
 
-    /// From the factors at the middles of equal parts of 0 … 90°, the `angles`, by cubic interpolation, even
-    /// about 0; 1 everywhere for less than five.
+    /// Interpolates the factors cubically. `angles` are the midpoints of equal parts of 0 … 90°, and the
+    /// factor is even about 0. With fewer than five angles the scale is 1 everywhere.
     pub fn new(angles: &[f64], factors: &[[f64; 3]]) -> Self {
         let n = angles.len();
         if n < 5 || factors.len() != n {
@@ -56,7 +56,7 @@ impl ScaleTable {
         self.error.iter().min_by(|a, b| off(a).total_cmp(&off(b))).map_or(0.0, |e| e[1])
     }
 
-    /// At n·wo in (0, 1].
+    /// The factor of each channel at n·wo in (0, 1].
     #[inline(always)]
     pub fn at(&self, cos_o: f32) -> [f32; 3] {
         let last = self.knots.len() - 1;
@@ -105,9 +105,9 @@ fn lagrange(factors: &[[f64; 3]], nodes: [isize; 4], x: f64) -> [f64; 3] {
     sum
 }
 
-/// Squared relative error at slice `i`: of the cubic, as its four neighbours without it have it (7 times what
-/// the cubic leaves half way between slices; a quarter is taken), and of the lines between knots, whose mean
-/// square is 1/120 of their second differences'.
+/// Squared relative error at slice `i`: that of the cubic, estimated by leaving slice i out and interpolating
+/// its four neighbours (which errs 7 times as much as the cubic half way between slices; a quarter is taken),
+/// and that of the lines between knots, whose mean square is 1/120 of their second differences'.
 fn square_error(factors: &[[f64; 3]], i: usize) -> f64 {
     let (n, i) = (factors.len() as isize, i as isize);
     let shift = (i + 2 - (n - 1)).max(0);

@@ -9,7 +9,7 @@ use steradian_base::ParamInfo;
 use steradian_relight::height::HeightField;
 use steradian_scene::surface::{NormalMap, Texture, Wrap};
 
-/// The plane of heights, 0 … 1.
+/// Name of the plane of heights, 0 … 1.
 pub const HEIGHT: &str = "height";
 /// The plane of unit normals.
 pub const NORMAL: &str = "normal";
@@ -26,17 +26,17 @@ pub const NORMAL_FILE: ParamInfo = ParamInfo::file(
     "normal map, green up, in place of the heights' normals; auto: that of the material",
 )
 .auto(f64::NAN);
-/// The height of white.
+/// Height of white in the height map.
 pub const RELIEF: ParamInfo = ParamInfo::real(
     "relief",
     [-10.0, 10.0],
     0.05,
     "height of white above black, in widths of the height map",
 );
-/// Smallest n'·wo, where the surface itself is not seen at less.
+/// Least n'·wo, unless the unbumped surface itself is seen at less.
 const GRAZING: f32 = 0.01;
 
-/// What varies over a bumpy surface.
+/// Normals, and where needed data of the height field, of a bumpy surface.
 #[derive(Debug, Clone)]
 pub struct Bumps {
     /// The normals with their moments.
@@ -105,7 +105,7 @@ pub fn frame([x, y, z]: [f32; 3]) -> [[f32; 3]; 2] {
     [t, [y * t[2] - z * t[1], z * t[0] - x * t[2], x * t[1] - y * t[0]]]
 }
 
-/// The same in double precision.
+/// [`frame`] in double precision.
 pub fn exact_frame(n: DVec3) -> [DVec3; 2] {
     let t = (DVec3::X - n * n.x).normalize_or(DVec3::NEG_Z);
     [t, n.cross(t)]
@@ -119,15 +119,15 @@ pub fn unit(mean: [f32; 3]) -> ([f32; 3], f32) {
     (if length > 0.0 { mean.map(|x| x / length) } else { [0.0, 0.0, 1.0] }, length)
 }
 
-/// The normal bent towards the viewer so far that n·wo is not below 0.01, or below that of the surface
-/// itself.
+/// The normal bent towards the viewer just so far that n·wo is at least 0.01, or at least that of the
+/// unbumped surface if that is less.
 #[inline(always)]
 pub fn facing(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     facing_by(n, wo, wo[2].min(GRAZING))
 }
 
-/// The same for whatever a bump sees of another, which may be from below the surface itself: n·wo is not
-/// below 0.01.
+/// [`facing`] for one bump seen from another, which may lie below the horizon of the unbumped surface: n·wo
+/// is at least 0.01 in any case.
 #[inline(always)]
 pub fn facing_bump(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     facing_by(n, wo, GRAZING)
@@ -144,7 +144,7 @@ fn facing_by(n: [f32; 3], wo: [f32; 3], least: f32) -> [f32; 3] {
     std::array::from_fn(|k| wo[k] * least + across[k] * scale)
 }
 
-/// The same in double precision.
+/// [`facing`] in double precision.
 pub fn exact_facing(n: DVec3, wo: DVec3) -> DVec3 {
     let (c, least) = (n.dot(wo), wo.z.min(f64::from(GRAZING)));
     if c >= least {
@@ -180,7 +180,7 @@ mod tests {
         }
     }
 
-    /// Heights a sin kx: the normals err as the square of the texels' distance.
+    /// Heights a sin kx: the error of the normals falls as the square of the distance between texels.
     #[test]
     fn central_differences_are_of_second_order() {
         let error = |n: usize| {

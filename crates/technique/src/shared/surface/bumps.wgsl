@@ -24,7 +24,7 @@ fn local_facing(n: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     return local_facing_by(n, wo, min(wo.z, 0.01));
 }
 
-// The same for whatever a bump sees of another.
+// As local_facing, for one bump seen from another.
 fn local_facing_bump(n: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     return local_facing_by(n, wo, 0.01);
 }

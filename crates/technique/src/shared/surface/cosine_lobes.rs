@@ -1,4 +1,5 @@
-//! Generalised cosine lobes whose numbers differ from texel to texel, as what averages.
+//! Generalised cosine lobes whose parameters differ from texel to texel, stored in a form that can be
+//! averaged.
 //!
 //! C and n do not average under a footprint. Levels hold means of C, |C|² and 1/n, the lobe's variance across
 //! its axis, weighed with the largest value ρ max|C|ⁿ of each texel's lobe, about axes of max|C| = 1, so that
@@ -15,22 +16,21 @@ use steradian_brdf::model::lafortune::{Cosine, Lafortune};
 use steradian_brdf::{Brdf, Form};
 use steradian_scene::surface::{Planes, Texture, Wrap};
 
-/// Lobes at most.
+/// Most lobes.
 pub const MOST: usize = 4;
 /// Textures of a lobe: its largest value, and times that C in x, in y, in z, 1/n and |C|², each for red,
 /// green and blue.
 pub const LAYERS: usize = 6;
-/// Smallest exponent: of 0 there is no inverse.
+/// Least exponent, since 1/n is stored.
 pub const LEAST: f64 = 1e-3;
 /// Largest factor of a texel.
 const MOST_FACTOR: f32 = 1e30;
-/// Scatter of the axes below which they are one.
+/// Scatter of the axes below which they count as one.
 const ONE: f32 = 1e-5;
-/// A lobe of what a footprint holds, in WGSL: `fn cosine_lobe(rho, x, y, z, s, q: vec3<f32>) -> CosineLobe`.
+/// The lobe of averaged values, in WGSL: `fn cosine_lobe(rho, x, y, z, s, q: vec3<f32>) -> CosineLobe`.
 pub const WGSL: &str = include_str!("cosine_lobes.wgsl");
 
-/// The images that say the lobes' numbers: factors as colours, C as red, green and blue, exponents as
-/// numbers.
+/// The images of the lobes' parameters: factors as colours, C as red, green and blue, exponents as numbers.
 pub const PLANES: [Plane; 7] = [
     Plane::new("rho_d", Content::Colours).within(0.0, MOST_FACTOR, 3),
     Plane::new("rho_1", Content::Colours).within(0.0, MOST_FACTOR, 3),
@@ -61,16 +61,17 @@ pub struct Lobe {
     pub n: [f32; 3],
 }
 
-/// What a point has.
+/// The reflectance of a point.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Texel {
     /// ρ_d/π.
     pub rho_d: [f32; 3],
-    /// As many as there are, then ones of factor 0.
+    /// The point's lobes, then unused ones of factor 0.
     pub lobes: [Lobe; MOST],
 }
 
-/// The lobes of a reflectance that images may vary: its own, or none beside a diffuse part.
+/// The lobes of a reflectance whose parameters images may replace: its own, or none for a Lambertian one;
+/// `None` for any other reflectance.
 pub fn lobes_of(brdf: &dyn Brdf) -> Option<Lafortune> {
     match brdf.form() {
         Form::Lafortune(own) => Some(own),
@@ -124,8 +125,8 @@ fn channel(t: &Texture, axis: usize) -> Arc<Texture> {
 }
 
 impl CosineLobes {
-    /// Of the images among `textures` ([`PLANES`]) and, what none says, of a diffuse albedo and lobes; a lobe
-    /// that neither has is Phong's, C = (−1, −1, 1), with n = 1.
+    /// Lobes from the images among `textures` ([`PLANES`]); where there is no image, from the diffuse albedo
+    /// `kd` and the lobes `own`; a lobe that has neither is Phong's, C = (−1, −1, 1), with n = 1.
     pub fn new(kd: [f64; 3], own: &[[Cosine; 3]], textures: &Planes) -> Self {
         let plane = |name: &str, k: usize| textures.get(&format!("{name}_{k}"));
         let named = (1..=2).filter(|k| ["rho", "c", "n"].iter().any(|n| plane(n, *k).is_some())).max();
@@ -146,7 +147,7 @@ impl CosineLobes {
         Self { count, texels: Texels::new(layers) }
     }
 
-    /// The lobes of a point that stands for a square of side `footprint` at `uv`.
+    /// The lobes at `uv`, averaged over a square of side `footprint`.
     #[inline(always)]
     pub fn at(&self, uv: [f32; 2], footprint: f32) -> Texel {
         let layer = |k: usize| self.texels.sample(k, uv, footprint);

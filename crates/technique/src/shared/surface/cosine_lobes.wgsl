@@ -7,7 +7,7 @@ struct CosineLobe {
     n: vec3<f32>,
 }
 
-// Of the largest value, and times that C, 1/n and |C|^2, as a footprint holds them.
+// The lobe of the averages over a footprint of the largest value, and of that value times C, 1/n and |C|^2.
 fn cosine_lobe(rho: vec3<f32>, cx: vec3<f32>, cy: vec3<f32>, cz: vec3<f32>, inverse: vec3<f32>, squares: vec3<f32>) -> CosineLobe {
     let weight = 1.0 / max(rho, vec3<f32>(1e-30));
     let x = weight * cx;

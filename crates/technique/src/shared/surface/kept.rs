@@ -1,10 +1,11 @@
-//! Textures as bakes keep them that are made again of them.
+//! Textures in saved bakes. A bake saves the textures that it was made from, so that loading can make its
+//! data from them again.
 
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use std::sync::Arc;
 use steradian_scene::surface::{Planes, Texture, Wrap};
 
-/// What lies beyond a texture, in its metadata.
+/// Prefix of metadata keys that give a texture's wrap modes.
 const WRAP: &str = "steradian.wrap.";
 
 fn word(w: Wrap) -> &'static str {

@@ -21,14 +21,14 @@ use crate::{PointLobe, Points, Radiance};
 /// The functions in WGSL.
 pub const WGSL: &str = include_str!("lobe.wgsl");
 
-/// Standard deviations that taps reach.
+/// Extent of the taps, in standard deviations.
 const REACH: f32 = 2.4;
 /// Largest distance of taps in widths of the lobe.
 const STEP: f32 = 1.5;
-/// Smallest n·wo of a normal that is looked up along.
+/// Least n·wo of a normal that is used for a lookup.
 pub const GRAZING: f32 = 0.01;
 
-/// What a point's shading starts from.
+/// A point to be shaded with a lobe of its own.
 #[derive(Debug, Clone, Copy)]
 pub struct Point {
     /// Mean normal.
@@ -43,7 +43,7 @@ pub struct Point {
     pub lobe: PointLobe,
 }
 
-/// Normals to look up along, and the width of each lookup.
+/// Lookups of a point: their normals, and the width of each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Taps {
     /// One standard deviation of the normals that taps spread over.
@@ -59,9 +59,9 @@ pub struct Taps {
 pub struct Tap {
     /// Normal.
     pub n: [f32; 3],
-    /// Mirror direction of wo; n·wo is taken as at least [`GRAZING`].
+    /// Mirror direction of wo, computed with n·wo clamped to at least [`GRAZING`].
     pub r: [f32; 3],
-    /// n·wo, the same.
+    /// n·wo, clamped to at least [`GRAZING`].
     pub cos_o: f32,
     /// Share of the result.
     pub weight: f32,
@@ -161,8 +161,8 @@ fn tap(q: &Point, n: [f32; 3], weight: f32) -> Tap {
     Tap { n, r: std::array::from_fn(|k| 2.0 * cos_o * n[k] - q.wo[k]), cos_o, weight }
 }
 
-/// Four normals whose mean has the moments of the normals under the point, for what varies slowly: n ± √2
-/// times the columns of a root of Σ.
+/// Four normals with the mean and the covariance of the normals under the point, for functions that vary
+/// slowly: n ± √2 times the columns of a root of Σ.
 #[inline(always)]
 pub fn normals(q: &Point) -> [[f32; 3]; 4] {
     let [tt, tb, bb] = q.lobe.spread;
@@ -175,7 +175,7 @@ pub fn normals(q: &Point) -> [[f32; 3]; 4] {
     [at(l11, l21), at(-l11, -l21), at(0.0, l22), at(0.0, -l22)]
 }
 
-/// Writes `f` of every point that faces the viewer, and 0 for the others; `q` has lobes.
+/// Writes `f` of every point that faces the viewer, and 0 for all other points; `q` must have lobes.
 #[inline]
 pub fn shade(q: &Points<'_>, out: &mut Radiance<'_>, f: impl Fn(&Point) -> [f32; 3]) {
     steradian_simd::dispatch(|| {

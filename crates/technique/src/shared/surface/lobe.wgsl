@@ -1,4 +1,4 @@
-// A point's own lobe; the CPU's `shared/lobe.rs`, where the derivation is.
+// A point's own lobe; the twin of shared/surface/lobe.rs, where the derivation is.
 struct LobeTaps {
     axis: vec3<f32>,
     side: i32,

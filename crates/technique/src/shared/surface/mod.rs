@@ -1,4 +1,4 @@
-//! What varies over a surface: bumps, a point's own lobe, data per texel.
+//! Properties that vary over a surface: bumps, a point's own lobe, data per texel.
 
 pub mod bumps;
 pub mod cosine_lobes;

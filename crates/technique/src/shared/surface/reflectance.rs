@@ -18,7 +18,7 @@ enum Numbers {
 }
 
 impl TexelReflectance {
-    /// Of a material; `None` where it is the same everywhere.
+    /// The varying reflectance of a material; `None` where it is the same everywhere.
     pub fn of(m: &Material) -> Option<Self> {
         let lobes = cosine_lobes::PLANES.iter().any(|p| m.textures.has(p.name));
         if let (true, Some(own)) = (lobes, cosine_lobes::lobes_of(&*m.brdf)) {

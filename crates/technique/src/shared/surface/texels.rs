@@ -30,8 +30,8 @@ impl Texels {
         Self(textures.into_iter().map(sized).collect())
     }
 
-    /// From planes of `width` · `height` numbers, rows from the top, three a texture; the last ones are
-    /// filled up with 0.
+    /// Textures from planes of `width` · `height` numbers, rows from the top, three planes a texture; missing
+    /// planes of the last texture are 0.
     pub fn of_planes(width: usize, height: usize, planes: &[Vec<f32>]) -> Self {
         let zero = vec![0.0; width * height];
         let texture = |three: &[Vec<f32>]| {
@@ -52,7 +52,7 @@ impl Texels {
         self.0.first().map_or((1, 1), |t| t.size())
     }
 
-    /// What lies beyond the unit square in u and v.
+    /// Wrap modes in u and v.
     pub fn wrap(&self) -> [Wrap; 2] {
         self.0.first().map_or([Wrap::Repeat; 2], |t| t.wrap())
     }
@@ -117,7 +117,7 @@ mod tests {
         let t = Texels::new(vec![ramp(8, 4), Arc::new(Texture::constant([1.0, 2.0, 3.0])), ramp(4, 4)]);
         assert_eq!(t.size(), (8, 4));
         assert_eq!(t.sample(1, [0.3, 0.9], 0.1), [1.0, 2.0, 3.0]);
-        // Texel centres of the wider one lie a quarter beside those of the narrower one.
+        // Texel centres of the narrower texture lie a quarter of its texel from those of the wider one.
         assert_eq!(t.sample(2, [2.5 / 8.0, 0.5], 0.0)[0], 0.75);
         let table = t.table("local_test");
         // 4, 2, 1 and 1 rows.

@@ -15,7 +15,7 @@ pub struct Aligned<T> {
 }
 
 impl<T: Copy + Default> Aligned<T> {
-    /// So many zeros.
+    /// `len` zeros.
     pub fn zeros(len: usize) -> Self {
         let spare = LINE / size_of::<T>();
         let all = vec![T::default(); len + spare];

@@ -9,7 +9,7 @@ use steradian_formats::{Tensor, TensorData};
 use steradian_parallel::prelude::*;
 use steradian_prefilter::edge_cube::{direction, face_position};
 
-/// How directions find texels.
+/// The grid of directions that a bundle is tabulated on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Grid {
     /// Lat-long rows and columns; the first and the last row lie on the poles
@@ -82,7 +82,7 @@ impl Taps {
         Self { at, weight: [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v] }
     }
 
-    /// In a globe at u and v of lat-long images, both in [0, 1].
+    /// Taps of a globe at u and v of lat-long images, both in [0, 1].
     #[inline(always)]
     pub fn globe(rows: usize, columns: usize, [u, v]: [f32; 2]) -> Self {
         let x = u * columns as f32 - 0.5;
@@ -95,7 +95,7 @@ impl Taps {
         Self::bilinear(at, x - i as f32, y - j as f32)
     }
 
-    /// In a cube, along a direction of any length.
+    /// Taps of a cube along a direction of any length.
     #[inline(always)]
     pub fn cube(size: usize, d: [f32; 3]) -> Self {
         let (face, s, t) = face_position(d);
@@ -123,7 +123,7 @@ impl Bundle {
         whole.then_some(Self { grid, terms, texels })
     }
 
-    /// The functions whose planes red, green, blue are given one after the other.
+    /// Functions given as planes: red, green, blue of each in turn.
     pub fn from_planes(grid: Grid, planes: &[[&[f32]; 3]]) -> Option<Self> {
         let (n, terms) = (grid.texels(), planes.len());
         if planes.iter().flatten().any(|p| p.len() != n) {
@@ -193,8 +193,8 @@ impl Bundle {
         out
     }
 
-    /// The sum of all functions as one function on the same grid, with weights that `weigh` makes of each
-    /// texel's direction.
+    /// Sum of all functions as one function on the same grid; `weigh` computes the weights at each texel's
+    /// direction.
     pub fn summed(&self, weigh: impl Fn([f32; 3], &mut [f32; MAX_TERMS]) + Sync) -> Self {
         let (n, grid) = (self.terms, self.grid);
         let mut texels = vec![0.0; 3 * grid.texels()];
@@ -211,7 +211,8 @@ impl Bundle {
         Self { grid, terms: 1, texels }
     }
 
-    /// As a tensor [grid …, 3, terms], of 16 or of 32 bits.
+    /// Adds the bundle to a file as a tensor [grid …, 3, terms], of 16-bit floats where `halves`, else of
+    /// 32-bit ones.
     pub fn save(&self, to: &mut TensorFile, name: String, halves: bool) {
         let mut shape = self.grid.shape();
         shape.extend([3, self.terms]);
@@ -223,7 +224,7 @@ impl Bundle {
         to.tensors.insert(name, Tensor { shape, data });
     }
 
-    /// What [`Bundle::save`] wrote.
+    /// Reads a bundle that [`Bundle::save`] wrote.
     pub fn load(from: &TensorFile, name: &str) -> Result<Self, PartError> {
         let bad = || PartError::Unexpected(name.into());
         let t = from.tensors.get(name).ok_or_else(|| PartError::Missing(name.into()))?;

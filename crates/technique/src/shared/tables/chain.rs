@@ -1,6 +1,6 @@
-//! A chain of cubes from sharp to blurred, packed into one atlas: level 0 at the left, the others in a column
-//! beside it; levels of one size (a stack) in rows. Cubes with shared edges never read over their border, so
-//! levels may touch and may have any size.
+//! A chain of cubes from sharp to blurred, packed into one atlas: level 0 at the left, all further levels in
+//! a column to its right; levels of one size (a stack) in rows. Cubes with shared edges never read over their
+//! border, so levels may touch and may have any size.
 
 use crate::Part;
 use crate::gpu::{Format, Level, Shape, Table};
@@ -53,11 +53,12 @@ impl Chain {
         (&self.0[a], &self.0[(a + 1).min(last)], l - a as f32)
     }
 
-    /// Where each level lies in the atlas: x, y, size.
+    /// Position of each level in the atlas: x, y, size.
     pub fn places(&self) -> Vec<[u32; 3]> {
         let x = self.0[0].size() as u32 + 1;
         if self.0.iter().all(|c| c.size() as u32 + 1 == x) {
-            // A stack: a column of many would be higher than textures may be.
+            // Levels of one size go in rows: in a single column, many would exceed the largest height of
+            // textures.
             let row = (self.0.len() as f64).sqrt().ceil() as u32;
             return (0..self.0.len() as u32).map(|k| [k % row * x, k / row * x, x - 1]).collect();
         }

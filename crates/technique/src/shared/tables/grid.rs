@@ -108,7 +108,7 @@ impl GridStack {
         self.layers
     }
 
-    /// Where u and v, which are clamped to [0, 1], lie.
+    /// Position of u and v, clamped to [0, 1], among the entries.
     #[inline(always)]
     pub fn place(&self, [u, v]: [f32; 2]) -> Place {
         let ((i, x), (j, y)) = (cell(u, self.width), cell(v, self.height));
@@ -144,7 +144,7 @@ impl GridStack {
     }
 }
 
-/// What WGSL's mix is: a at 0, b at 1.
+/// WGSL's mix: a at w = 0, b at w = 1.
 #[inline(always)]
 fn mix(a: f32, b: f32, w: f32) -> f32 {
     a * (1.0 - w) + b * w
@@ -153,8 +153,8 @@ fn mix(a: f32, b: f32, w: f32) -> f32 {
 /// The entry before a place in [0, 1], and the weight of the next.
 #[inline(always)]
 fn cell(u: f32, count: usize) -> (usize, f32) {
-    // Adding 1.5·2²³ rounds to whole numbers; on an entry either side of it is right. Conversion would ask
-    // for what is no number.
+    // Adding 1.5·2²³ rounds to an integer; exactly on an entry, either neighbouring pair gives the right
+    // result. A conversion to an integer would branch on NaN.
     const ROUND: f32 = 12_582_912.0;
     let x = u.clamp(0.0, 1.0) * (count - 1) as f32;
     let i = ((x - 0.5 + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as usize).min(count - 2);

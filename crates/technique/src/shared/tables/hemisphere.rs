@@ -1,8 +1,8 @@
 //! Maps over the hemisphere about the normal: rows by elevation, columns by azimuth, without trigonometry.
 //!
-//! Rows are equal steps of √tan(θ/2), dense at the pole, where highlights over the half vector lie, or of
-//! √tan(ε/2) with the elevation ε = π/2 − θ, dense at the horizon, where reflectance over one direction
-//! grows. Columns are equal steps of
+//! Rows are equal steps of √tan(θ/2), dense at the pole, where highlights in terms of the half vector lie, or
+//! of √tan(ε/2) with the elevation ε = π/2 − θ, dense at the horizon, where reflectance as a function of one
+//! direction grows. Columns are equal steps of
 //! |y|/(|x| + |y|) in each quadrant, between 0.7 and 1.4 times as far apart as equal angles. `hemisphere.wgsl` has the same
 //! functions.
 
@@ -20,23 +20,23 @@ pub enum Rows {
     Horizon,
 }
 
-/// Which azimuths have columns of their own.
+/// The range of azimuths that has columns of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Azimuths {
     /// One column: the azimuth changes nothing.
     One,
-    /// All; the first and the last column are the same.
+    /// The full circle; the first and the last column are equal.
     Full,
-    /// 0 … π: y and −y are the same.
+    /// 0 … π, where y and −y have equal values.
     Half,
-    /// 0 … π: (x, y) and (−x, −y) are the same.
+    /// 0 … π, where (x, y) and (−x, −y) have equal values.
     Turn,
-    /// 0 … π/2: the signs of x and y change nothing.
+    /// 0 … π/2, where the signs of x and y do not matter.
     Quarter,
 }
 
 impl Azimuths {
-    /// The number that shaders know it by.
+    /// Its number in shaders.
     pub fn code(self) -> f32 {
         f32::from(self as u8)
     }
@@ -45,7 +45,7 @@ impl Azimuths {
         [1, 4, 2, 2, 1][self as usize]
     }
 
-    /// 0 … 1 along the columns.
+    /// The column's coordinate, 0 … 1, of azimuth (x, y).
     #[inline(always)]
     fn place(self, x: f32, y: f32) -> f32 {
         let sum = x.abs() + y.abs();
@@ -64,7 +64,7 @@ impl Azimuths {
 /// A map's nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Map {
-    /// Its columns' azimuths.
+    /// Range of azimuths that has columns.
     pub azimuths: Azimuths,
     /// Where its rows are dense.
     pub rows: Rows,
@@ -106,7 +106,7 @@ impl Map {
         self.place_along(w, (w[0] * w[0] + w[1] * w[1]).sqrt(), 1.0)
     }
 
-    /// The same of a vector of this length, whose part across the normal has the length `across`.
+    /// Coordinates of a vector of length `length` whose part perpendicular to the normal has length `across`.
     #[inline(always)]
     pub fn place_along(&self, w: [f32; 3], across: f32, length: f32) -> [f32; 2] {
         let row = match self.rows {
@@ -188,7 +188,8 @@ mod tests {
                     let (x, y) = (u * (m.width - 1) as f32, v * 31.0);
                     let inside = if j == horizon { 0.26 } else { 1e-3 };
                     assert!((y - j as f32).abs() < inside, "{azimuths:?} {rows:?}: {i} {j}: {y}");
-                    // At the pole any column is right, and both ends of the circle are the same.
+                    // At the pole any column is right, and the first and the last column of a full circle are
+                    // equal.
                     let ends = matches!(azimuths, Azimuths::Full | Azimuths::Turn) && i % (m.width - 1) == 0;
                     let pole = v == 0.0 && rows == Rows::Pole || v > 0.999 && rows == Rows::Horizon;
                     assert!(pole || ends || (x - i as f32).abs() < 1e-3, "{azimuths:?}: {i} {j}: {x}");
@@ -200,7 +201,7 @@ mod tests {
         }
     }
 
-    /// Directions that are the same have the same place.
+    /// Directions that symmetry makes equal have the same coordinates.
     #[test]
     fn what_is_the_same_has_one_place() {
         let w = [0.3f32, -0.5, 0.8];

@@ -1,4 +1,4 @@
-// The twin of shared/hemisphere.rs.
+// The twin of hemisphere.rs.
 fn local_azimuth(code: f32, x: f32, y: f32) -> f32 {
     let sum = abs(x) + abs(y);
     let p = select(0.0, abs(y) / max(sum, 1e-37), sum > 0.0);

@@ -17,7 +17,7 @@ pub fn save_cube(cube: &EdgeCube, to: &mut TensorFile, name: String) {
     put_f32(to, name, vec![6, n, n, 3], data);
 }
 
-/// Reads what [`save_cube`] wrote.
+/// Reads a cube that [`save_cube`] wrote.
 pub fn load_cube(from: &TensorFile, name: &str) -> Result<EdgeCube, PartError> {
     let bad = || PartError::Unexpected(name.into());
     let (shape, v) = get_f32(from, name, 4)?;

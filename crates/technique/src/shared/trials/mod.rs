@@ -1,4 +1,4 @@
-//! What tests, claims and benchmarks try techniques with: lights and textures by formula.
+//! Lights and textures by formula, for tests, claims and benchmarks.
 
 pub mod lights;
 pub mod specimens;

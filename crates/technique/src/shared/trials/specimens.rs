@@ -1,4 +1,4 @@
-//! What the files of techniques with data per texel hold in checks of techniques: small textures by formula.
+//! Small textures by formula, in place of the files of techniques with data per texel, for checks.
 
 use crate::Material;
 use crate::local::{Content, Plane};
@@ -60,7 +60,7 @@ pub fn apparent() -> Arc<Btf> {
     Arc::new(made.unwrap_or_else(|e| unreachable!("texels and directions above the surface: {e}")))
 }
 
-/// The material of a reflectance with what a technique reads beside it.
+/// The material of a reflectance with the textures that a technique reads.
 pub fn material(brdf: SharedBrdf, read: &[Plane]) -> Material {
     let m = Material::new(brdf).with_textures(planes(read));
     if is_bidirectional(read) { m.with_apparent(apparent()) } else { m }
@@ -88,7 +88,8 @@ fn numbers(name: &str, i: usize, j: usize) -> [f64; 3] {
     }
 }
 
-/// Planes for what a technique reads: heights, where it reads heights and normals.
+/// Textures for the planes that a technique reads; where it reads heights, none for normals, which it can
+/// derive from them.
 pub fn planes(read: &[Plane]) -> Planes {
     let heights = read.iter().any(|p| p.content == Content::Heights);
     let mut out = Planes::default();

@@ -17,18 +17,18 @@ params! {
     /// The parameters.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
-        /// Absolute error of ambient occlusion, about.
+        /// Approximate absolute error of ambient occlusion.
         pub precision: f64 = ParamInfo::real("precision", [1e-4, 0.1], 5e-3, "absolute error of ambient occlusion, at most about"),
     }
 }
 
-/// Highest band that the estimate of the error looks at.
+/// Highest band that enters the error estimate.
 const ORDER: usize = 12;
 
-/// The mean radiance of all light, and what it errs by.
+/// The mean radiance of all light, and the error of using it.
 pub struct Mean {
     pub(super) rgb: [f64; 3],
-    /// Where nothing is blocked: √(Σ_{l ≥ 1} A_l² |L_l|² / Σ A_l² |L_l|²).
+    /// Relative error where nothing is blocked: √(Σ_{l ≥ 1} A_l² |L_l|² / Σ A_l² |L_l|²).
     error: f64,
 }
 

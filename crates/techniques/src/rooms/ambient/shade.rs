@@ -1,4 +1,4 @@
-//! albedo · L_a · ao; `shade.wgsl` has the same.
+//! albedo · L_a · ao; `shade.wgsl` has the same function.
 
 use super::Ambient;
 use crate::gpu::{Buffer, Entry, Uniform, Value};

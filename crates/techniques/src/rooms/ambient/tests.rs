@@ -5,7 +5,7 @@ use std::sync::Arc;
 use steradian_base::ParamValues;
 use steradian_scene::{Mesh, shapes};
 
-/// On the floor beside a long wall of height h at distance d, ao = ½(1 + d/√(d² + h²)); a constant light of
+/// On the floor at distance d from a long wall of height h, ao = ½(1 + d/√(d² + h²)); a constant light of
 /// radiance 1 gives albedo times that.
 #[test]
 fn beside_a_wall_it_is_the_closed_form() {

@@ -1,4 +1,4 @@
-//! How large the tables are.
+//! Choice of the tables' sizes.
 
 use super::shade;
 use super::tables::{Tables, model};
@@ -10,7 +10,7 @@ params! {
     /// The parameters.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
-        /// Entries a side; what the tolerance needs where `None`.
+        /// Entries a side; where `None`, as many as the tolerance needs.
         pub resolution: Option<usize> = ParamInfo::whole("resolution", [2.0, 4096.0], 0.0, "entries of each table a side; auto: what the tolerance needs, 64 to 2048").auto(0.0),
     }
 }

@@ -13,11 +13,11 @@
 //!
 //! Approximated: the tables, linear between entries; entries are exact to rounding, and the error falls
 //! fourfold as entries double. Three choices make it so. The coordinate of n·h is the angle θ_h, over which
-//! narrow lobes are smooth at their peak. What is tabulated of G is (n·l)(n·v)/G, by which is divided: at n·v
-//! → 0, where G/(n·v) has a limit that the corner n·l = n·v = 0 has not, it is smooth and in closed form. And
-//! W is tabulated over the smaller and the larger cosine, which has no kink. V is 1 or a shadow's. Units: f
-//! in sr⁻¹, radiance in W sr⁻¹ m⁻². Refused: a G that needs n·h too (the V-cavity's), a D that needs φ_h
-//! beside F (anisotropic GGX), other models.
+//! narrow lobes are smooth at their peak. Of G the table holds the reciprocal (n·l)(n·v)/G, and shading
+//! divides by it: at n·v → 0, where G/(n·v) has a limit that the corner n·l = n·v = 0 has not, it is smooth
+//! and in closed form. And W is tabulated over the smaller and the larger cosine, which has no kink. V is 1
+//! or a shadow's. Units: f in sr⁻¹, radiance in W sr⁻¹ m⁻². Refused: a G that needs n·h too (the V-cavity's),
+//! a D that depends on φ_h together with a Fresnel term (anisotropic GGX), other models.
 
 mod bake;
 mod shade;

@@ -5,11 +5,11 @@ use crate::local::LocalText;
 use crate::shared::maths::angle::{self, angle};
 use std::f32::consts::FRAC_2_PI;
 
-/// Of the half vector: h·l, and θ_h over π/2.
+/// The half vector's h·l and θ_h/(π/2).
 #[inline(always)]
 fn half(wi: [f32; 3], wo: [f32; 3]) -> (f32, f32) {
     let v: [f32; 3] = std::array::from_fn(|k| wi[k] + wo[k]);
-    // As |wi + wo| = 2 h·l.
+    // |wi + wo| = 2 h·l.
     let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt().max(1e-18);
     let side = (v[0] * v[0] + v[1] * v[1]).sqrt();
     let theta = FRAC_2_PI * angle((side / length).min(1.0), (v[2] / length).min(1.0));

@@ -133,7 +133,7 @@ impl Tables {
             };
             let base = |u: f64, v: f64| {
                 let d = ashikhmin_shirley::base(u, v);
-                // v is the larger one; beyond the diagonal goes on what lies before it.
+                // v is the larger cosine; entries beyond the diagonal continue the formula.
                 with(std::array::from_fn(|c| scale[c] * rd[c] * (1.0 - rs[c]) * d), v)
             };
             return Self::Three {

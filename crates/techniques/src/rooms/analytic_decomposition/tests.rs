@@ -15,7 +15,7 @@ fn of(spec: &str) -> Model {
     model(&*parse(spec).expect(spec)).expect(spec)
 }
 
-/// Units in the last place between a number and the single nearest to what it stands for.
+/// Distance of a number from the single-precision number nearest to `exact`, in units in the last place.
 fn ulps(got: f32, exact: f64) -> u32 {
     got.to_bits().abs_diff((exact as f32).to_bits())
 }

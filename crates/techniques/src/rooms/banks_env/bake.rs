@@ -22,9 +22,9 @@ params! {
     /// The parameters.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
-        /// Intervals per cube edge; what the tolerance needs where `None`.
+        /// Intervals per cube edge; where `None`, as many as the tolerance needs.
         pub size: Option<usize> = ParamInfo::whole("size", [1.0, 512.0], 0.0, "intervals per cube edge of each map; auto: what the tolerance needs, at most 128").auto(0.0).unit("texels"),
-        /// Slices; what the tolerance needs where `None`.
+        /// Slices; where `None`, as many as the tolerance needs.
         pub slices: Option<usize> = ParamInfo::whole("slices", [1.0, 97.0], 0.0, "maps over the angle between tangent and viewer, 0 to 90°, at least 2 (the other half is the same); auto: what the tolerance needs").auto(0.0),
         /// Does `banks` keep a mean cosine?
         pub mean_cosine: bool = ParamInfo::switch("mean_cosine", true, "banks keeps the mean of n·wi outside the integral; off: n·wi is dropped, as in eq. 35"),
@@ -42,7 +42,7 @@ pub struct ConeMaps {
     pub sign: f32,
 }
 
-/// The cubes, how it was planned, and the flux that clipping added to it, relative to all.
+/// Makes the cubes. Returns also their plan, and the flux that clipping added to them, relative to all flux.
 pub fn make(
     light: &DistantLight,
     fibre: &Fibre,
@@ -86,7 +86,7 @@ pub fn link(
     Ok((cones, report))
 }
 
-/// What the tables stand for where n·wi is left aside.
+/// The reflectance that the tables integrate, where the parameters leave n·wi out as the paper does.
 pub fn map<'a>(m: &'a Reflectance, p: &Params) -> Option<Target<'a>> {
     let fibre = Fibre::new(m, p.mean_cosine);
     let f_cos = Box::new(fibre.f_map());

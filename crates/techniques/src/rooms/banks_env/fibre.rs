@@ -7,7 +7,7 @@ use steradian_brdf::Form;
 use steradian_brdf::model::strand::Kind;
 use steradian_prefilter::FibreKernel;
 
-/// Intervals over α of the table of what stays outside.
+/// Intervals over α of the table of `outside`.
 const TABLE: usize = 256;
 
 /// cosᴺ(∠(d, wi) − α)₊ with d = ±t.
@@ -38,8 +38,8 @@ impl Fibre {
         FibreKernel { n: self.n, alpha }
     }
 
-    /// What stays outside the integral: ∫ K ⟨n·wi⟩₊ / ∫ K, where ∫ ⟨n·wi⟩₊ dφ = 2 sin θ_i about the tangent
-    /// and ∫ dφ = 2π.
+    /// The factor that the cosine is replaced with outside the integral: ∫ K ⟨n·wi⟩₊ / ∫ K, where ∫ ⟨n·wi⟩₊
+    /// dφ = 2 sin θ_i about the tangent and ∫ dφ = 2π.
     fn outside(&self, alpha: f64) -> f64 {
         if !self.mean_cosine {
             return 1.0;
@@ -48,13 +48,13 @@ impl Fibre {
         cone.integral(|theta| theta.sin().powi(2)) / (PI * cone.integral(f64::sin))
     }
 
-    /// Coefficients of the kernel at α, with what stays outside.
+    /// Zonal coefficients of the kernel at α, times `outside`.
     pub fn coefficients(&self, alpha: f64, order: usize) -> Vec<f64> {
         let outside = self.outside(alpha);
         self.cone(alpha).coefficients(order).into_iter().map(|k| k * outside).collect()
     }
 
-    /// What the maps stand for, in the local frame with t = x: f_cos(wi, wo) without n·wi.
+    /// The function that the maps integrate, in the local frame with t = x: f_cos(wi, wo) without n·wi.
     pub fn f_map(&self) -> impl Fn(DVec3, DVec3) -> [f64; 3] + Sync + use<> {
         let fibre = *self;
         let outside: Vec<f64> =

@@ -1,23 +1,23 @@
-//! How many slices, bands and texels the tolerance needs.
+//! Number of slices, bands and texels that the tolerance needs.
 
 use super::fibre::Fibre;
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_parallel::prelude::*;
 use steradian_prefilter::{Source, edge_cube};
 
-/// Slices over α = 0 … π/2, where none are asked for.
+/// Fewest and most slices over α = 0 … π/2, where the user gives no number.
 const LEAST: usize = 5;
 const MOST: usize = 97;
-/// Angles α at which kernels are looked at.
+/// Angles α at which kernels are sampled.
 const SAMPLES: usize = 24;
 /// Weight of views along the tangent.
 const ALONG: f64 = 0.1;
-/// Intervals per cube edge at most, where none are asked for.
+/// Most intervals per cube edge, where the user gives no number.
 const SIZE: usize = 128;
-/// Parts of the tolerance: bands left out, interpolation between slices, and between texels. Their squares
-/// sum to a third, since what certificates state lies above what they measure.
+/// Shares of the tolerance: for bands left out, interpolation between slices, and interpolation between
+/// texels. Their squares sum to a third, since certificates state more than the measured error.
 const PARTS: [f64; 3] = [0.2, 0.35, 0.42];
-/// Bands beyond the light's that are looked at.
+/// Number of bands beyond the light's whose energy is estimated.
 const BEYOND: usize = 64;
 
 /// The size of a stack, and the errors to expect.
@@ -52,11 +52,12 @@ struct Kernels {
 
 impl Kernels {
     fn new(fibre: &Fibre, order: usize) -> Self {
-        // A fifth of the kernel's width: the differences err by about a hundredth.
+        // A fifth of the kernel's width: second differences over it are off by about a hundredth.
         let step = (0.2 / fibre.n.max(1.0).sqrt()).min(0.5 * FRAC_PI_2 / SAMPLES as f64);
         let at = |i: usize| {
             let alpha = FRAC_PI_2 * (i as f64 + 0.5) / SAMPLES as f64;
-            // Views are uniform over the sphere about the tangent, sin α dα; those along it count a little.
+            // Views are uniform over the sphere about the tangent, sin α dα; views along the tangent get a
+            // small weight too.
             let w = (alpha.sin() + ALONG) / SAMPLES as f64;
             let [a, m, b] = [-step, 0.0, step].map(|d| fibre.coefficients(alpha + d, order));
             let bend = |l: usize| w * ((a[l] - 2.0 * m[l] + b[l]) / (step * step)).powi(2);
@@ -81,7 +82,7 @@ fn relative(part: f64, all: f64) -> f64 {
 }
 
 impl Plan {
-    /// For a light and a fibre; 0 slices or intervals are chosen.
+    /// Plans the stack for a light and a fibre; `slices` or `size` of 0 are chosen.
     pub fn new(source: &Source, fibre: &Fibre, slices: usize, size: usize, tolerance: f64) -> Self {
         let top = source.order();
         let Kernels { energy, bend } = Kernels::new(fibre, top + BEYOND);
@@ -134,8 +135,8 @@ fn order(source: &Source, energy: &[f64], limit: f64) -> (usize, f64) {
     (top, tail)
 }
 
-/// Linear interpolation of a wave of wavenumber l over spacing h errs by (l h)²/√120 of it, and by about 1 at
-/// most.
+/// Linear interpolation of a wave of wavenumber l over spacing h has a relative RMS error of (l h)²/√120,
+/// which is capped at about 1.
 fn resolution(source: &Source, energy: &[f64], size: usize, limit: f64) -> (usize, f64) {
     let waves: Vec<f64> = energy.iter().zip(&source.bands).map(|(k, b)| k * b).collect();
     let all = waves.iter().sum();

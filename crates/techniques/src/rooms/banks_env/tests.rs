@@ -7,7 +7,7 @@ use steradian_base::{ParamValues, Params as _};
 use steradian_light::Environment;
 use steradian_sphere::{Layout, SphereImage};
 
-/// The stack alone: what certificates measure of it, the conformance suite compares with the reference.
+/// The stack alone; its certificate's error is compared with the reference by the conformance suite.
 fn baked(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> ConeMaps {
     let task = Task::quiet().with_tolerance(Some(2e-3));
     let values: ParamValues = params.iter().copied().collect();
@@ -131,7 +131,7 @@ fn slices_converge_with_the_square_of_their_spacing() {
     assert!((2.5..5.0).contains(&(a / b)) && (3.0..5.5).contains(&(b / c)), "{a} {b} {c}");
 }
 
-/// Kajiya and Kay's lobe is Banks's with the tangent turned round, as seen from the same side.
+/// Kajiya and Kay's lobe is Banks's with the tangent reversed, seen from the same side.
 #[test]
 fn the_two_models_are_one_stack() {
     let light = lights::studio();
@@ -166,7 +166,8 @@ fn light_from_behind_leaks_in() {
     assert!((got / whole - 0.5).abs() < 0.01, "{got} of {whole}");
 }
 
-/// What eq. 35 drops: constant light shows the map, or with the mean cosine the model's albedo.
+/// Effect of the cosine that eq. 35 drops: constant light shows the map's integral, or with the mean cosine
+/// the model's albedo.
 #[test]
 fn the_mean_cosine_makes_constant_light_exact() {
     let p = at(DVec3::X, 1.1);

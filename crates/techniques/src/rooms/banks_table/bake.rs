@@ -1,4 +1,4 @@
-//! How large the table is.
+//! Choice of the table's size.
 
 use super::shade;
 use super::table::{Model, Table};
@@ -11,9 +11,9 @@ params! {
     /// The parameters.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
-        /// Entries a side; what the tolerance needs where `None`.
+        /// Entries a side; where `None`, as many as the tolerance needs.
         pub resolution: Option<usize> = ParamInfo::whole("resolution", [2.0, 4096.0], 0.0, "entries of the table a side; auto: what the tolerance needs, 64 to 2048").auto(0.0),
-        /// What the table's coordinates are.
+        /// Coordinates of the table, an index of the choices.
         pub coordinate: usize = ParamInfo::choice("coordinate", &["angle", "cosine"], "coordinates of the table: the angles a and b, or l·t and v·t, which is worse").numbered(0.0),
         /// k_d of eq. 33.
         pub kd: f64 = ParamInfo::real("kd", [0.0, 1.0], 0.0, "diffuse factor k_d of eq. 33, beside the reflectance's own highlight"),

@@ -8,9 +8,9 @@ use steradian_base::{Cancelled, ParamInfo, Task, params};
 use steradian_brdf::Brdf;
 use steradian_relight::btf::{Btf, BtfError, Compressed, Method, Model, Net, bonn};
 
-/// The plane of the function.
+/// Name of the plane of the function.
 pub const MAP: &str = "map";
-/// Components of a method at most.
+/// Most components of a method.
 pub const MOST: usize = 16;
 /// Difference vectors of a chain.
 const DIFFERENCES: usize = 128;
@@ -23,11 +23,11 @@ params! {
     pub struct Params {
         /// The map.
         pub map: Option<FileName> = ParamInfo::file("map", "pictures of a bidirectional texture function (.csv), as capture writes them; auto: the reflectance").auto(f64::NAN),
-        /// What stands for it.
+        /// Form of the compressed function.
         pub method: usize = ParamInfo::choice("method", &METHODS, "principal components of clusters of texels, or of each view's pictures, or a chain of sums of products over half vector and difference, and light").numbered(0.0).preset("local"),
         /// Clusters of texels.
         pub clusters: usize = ParamInfo::whole("clusters", [1.0, 256.0], 32.0, "clusters of texels of method=local"),
-        /// Components beside means, or products.
+        /// Components in addition to means, or products.
         pub components: usize = ParamInfo::whole("components", [0.0, MOST as f64], 8.0, "components beside the mean of each cluster or view, or products of method=chained (1 at least)"),
         /// Half vectors.
         pub halves: usize = ParamInfo::whole("halves", [1.0, 64.0], 21.0, "half vectors of method=chained"),
@@ -48,7 +48,7 @@ impl Params {
 /// The small function.
 #[derive(Debug, Clone)]
 pub struct Tables {
-    /// Its numbers, over [`Tables::scale`], of half precision.
+    /// The compressed function in half precision, divided by [`Tables::scale`].
     pub small: Compressed,
     /// Triangles of views.
     pub views: Net,
@@ -79,7 +79,7 @@ pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Tables, Bake
 }
 
 impl Tables {
-    /// Of a rounded function.
+    /// Tables of a compressed function that has been rounded already.
     pub(super) fn of(small: Compressed, scale: f32) -> Self {
         Self {
             views: Net::new(&small.views),

@@ -1,5 +1,5 @@
-//! Surfaces as photographs from many views under many lights show them: bidirectional texture functions, made
-//! small.
+//! Surfaces as photographs from many views under many lights show them: compressed bidirectional texture
+//! functions.
 //!
 //! Dana, van Ginneken, Nayar & Koenderink (1999), *Reflectance and Texture of Real-World Surfaces*; STAR04
 //! 6.4.5. With the three views v and the three lights l of the function around the viewer and a light,
@@ -7,13 +7,14 @@
 //! > L_o = Σ_lights E (n·wi)₊/π Σ_v Σ_l b_v b_l B̂(x, v, l)/(n·l)
 //!
 //! B̂ stands for the pictures B: π times the radiance under an irradiance of 1 across the light's direction,
-//! so that white is 1. b are barycentric weights between directions ([`steradian_relight::btf::Net`]). What
-//! varies with the light is taken over the cosine, as which it is smoother: Lambert's law is exact between
-//! lights. `method` says what B̂ is ([`steradian_relight::btf`]): principal components of clusters of texels
-//! (`local`, Müller, Meseth & Klein 2003) or of each view's pictures (`view`, Sattler, Sarlette & Klein
-//! 2003), or a chain of sums of products over half vector and difference, and over the light (`chained`,
-//! Suykens, vom Berge, Lagae & Dutré 2003). Every number is decoded alone, where it is asked for. Bumps,
-//! their shadows, what hides what and what reflects onto what are in the pictures.
+//! so that white is 1. b are barycentric weights between directions ([`steradian_relight::btf::Net`]).
+//! Pictures are divided by the light's cosine before interpolation, which makes them smoother in the light's
+//! direction: Lambert's law is exact between lights. `method` is the form of B̂ ([`steradian_relight::btf`]):
+//! principal components of clusters of texels (`local`, Müller, Meseth & Klein 2003) or of each view's
+//! pictures (`view`, Sattler, Sarlette & Klein 2003), or a chain of sums of products over half vector and
+//! difference, and over the light (`chained`, Suykens, vom Berge, Lagae & Dutré 2003). Every number is
+//! decoded on its own when shading reads it. Bumps, their shadows, occlusion and interreflection are in the
+//! pictures.
 //!
 //! Approximated: B by B̂, by least squares; B between its directions; beyond the last ring of directions it
 //! stays as it is there. Numbers are of half precision over the largest of the function. Negative sums are 0.

@@ -8,7 +8,7 @@ use steradian_formats::{Tensor, TensorData};
 use steradian_relight::btf::{Chained, Compressed, Corners, Levels, Local, Model, View};
 
 const METHOD: &str = "steradian.btf.method";
-/// Texels a side and directions at most, as the functions themselves.
+/// Most texels a side and most directions, as for the functions themselves.
 const LARGEST: usize = 1 << 16;
 
 fn put_halves(to: &mut TensorFile, name: &str, shape: Vec<usize>, data: &[f32]) {
@@ -72,7 +72,7 @@ fn get_indices(from: &TensorFile, name: &str, shape: &[usize]) -> Result<Vec<u32
     }
 }
 
-/// A tensor of a shape, of which 0 stands for any number.
+/// A tensor of a given shape, in which 0 means any extent.
 fn get<const N: usize>(
     from: &TensorFile,
     name: &str,
@@ -84,7 +84,7 @@ fn get<const N: usize>(
     if fits { Ok((shape, data)) } else { Err(unexpected(name)) }
 }
 
-/// Any number of them.
+/// Stands for any extent in a shape.
 const ANY: usize = usize::MAX;
 
 fn get_directions(from: &TensorFile, name: &str) -> Result<Vec<DVec3>, PartError> {

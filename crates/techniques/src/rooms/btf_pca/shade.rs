@@ -17,28 +17,28 @@ pub struct Around {
     weights: [f32; 3],
 }
 
-/// What a point has of a function.
+/// The compressed function at a point, ready to be evaluated.
 #[derive(Debug, Clone, Copy)]
 pub enum Texel {
-    /// Of clusters: those of the texels that stand for the point, and weights of their tables.
+    /// By clusters: clusters of the texels around the point, and weights of their tables.
     Local {
         /// The views.
         views: Around,
-        /// How many clusters.
+        /// Number of clusters.
         count: usize,
         /// The clusters.
         cluster: [u32; 8],
-        /// Of each the weights of mean and components.
+        /// For each cluster the weights of mean and components.
         weights: [[f32; MOST + 1]; 8],
     },
-    /// Of views: the pictures of each at the point, with the view's weight.
+    /// By views: the pictures of each view at the point, with the view's weight.
     View {
         /// The views.
         views: Around,
         /// Mean and components in red, green and blue.
         pictures: [[[f32; 3]; MOST + 1]; 3],
     },
-    /// Of a chain: the texels that stand for the point.
+    /// By a chain of products: the texels around the point.
     Chained {
         /// The views.
         views: Around,
@@ -177,7 +177,7 @@ fn lights(t: &Tables) -> Vec<f32> {
     t.cosines.iter().enumerate().flat_map(|(l, c)| [*c, factor(l)]).collect()
 }
 
-/// Of each pair the half vectors around its own, and their weights.
+/// For each pair of directions the grid's half vectors around its own, and their weights.
 fn places(m: &Chained) -> Vec<f32> {
     m.places.iter().flat_map(|p| p.of.map(|h| h as f32).into_iter().chain(p.weights)).collect()
 }

@@ -71,7 +71,7 @@ fn local_bilinear(level: u32, uv: vec2<f32>, weight: f32) -> array<LocalTap, 4> 
     );
 }
 
-// The texels that stand for a square: bilinear in the two nearest levels.
+// The texels around a square: bilinear in the two nearest levels.
 fn local_taps(uv: vec2<f32>, footprint: f32) -> array<LocalTap, 8> {
     let levels = technique.local_patch.z;
     let side = max(footprint * max(technique.local_patch.x, technique.local_patch.y), 1.0);

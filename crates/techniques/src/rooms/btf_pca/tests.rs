@@ -20,9 +20,9 @@ fn bake(spec: &str, map: Option<Btf>, parameters: &str) -> Box<dyn LocalBake> {
     t.bake(&material, None, &params, &Task::quiet()).expect("bakes")
 }
 
-/// Every method keeps a function of as many components as it has: at the directions of the map and the
-/// middles of texels the number itself over π, between lights the cosine, between texels and directions what
-/// lies between; nothing from below.
+/// With as many components as the function has, every method reproduces it: at the map's directions and texel
+/// centres the value itself over π, between lights the cosine, between texels and directions interpolated
+/// values; nothing from below.
 #[test]
 fn maps_are_shaded_as_they_are() {
     let all = spread(6);
@@ -61,8 +61,8 @@ fn maps_are_shaded_as_they_are() {
     }
 }
 
-/// The certificate is the error between decoded and kept numbers, and falls with components; what the file's
-/// directions miss is not in it.
+/// The certificate states the error between decoded and original numbers, and falls with components; it does
+/// not include interpolation between the file's directions.
 #[test]
 fn more_components_err_less() {
     let map = |k: usize, method: &str| {
@@ -75,8 +75,8 @@ fn more_components_err_less() {
     }
 }
 
-/// Without a map the reflectance from 81 views under 81 lights: itself at these, and its certificate what
-/// lies between.
+/// Without a map the reflectance is tabulated from 81 views under 81 lights: exact at these, and the
+/// certificate states the error in between.
 #[test]
 fn a_reflectance_is_tabulated() {
     let spec = "ggx:alpha=0.6,f0=0.9/0.6/0.3";
@@ -97,7 +97,8 @@ fn a_reflectance_is_tabulated() {
     }
 }
 
-/// A bake that was saved is the same, to the bit, by every method; what does not fit is refused.
+/// A bake that was saved is the same, to the bit, by every method; tensors of inconsistent shapes are
+/// refused.
 #[test]
 fn saved_functions_come_back() {
     let t = find_local("btf_pca").expect("a technique");
@@ -147,7 +148,7 @@ fn saved_functions_come_back() {
     }
 }
 
-/// Whoever asks to stop gets no bake, by any method.
+/// A cancelled task returns no bake, by any method.
 #[test]
 fn interrupted_bakes_are_none() {
     let t = find_local("btf_pca").expect("a technique");

@@ -1,4 +1,4 @@
-//! Normals with their moments, and the numbers of the model.
+//! Normals with their moments, and the model's parameters.
 
 use crate::local::FileName;
 use crate::shared::surface::bumps::{self, Bumps};
@@ -21,9 +21,9 @@ params! {
         pub normal: Option<FileName> = bumps::NORMAL_FILE,
         /// Height of white.
         pub relief: f64 = bumps::RELIEF,
-        /// How the surface's own horizon shadows.
+        /// Shadowing by the horizon of the unbumped surface, an index of the choices.
         pub self_shadow: usize = ParamInfo::choice("self_shadow", &["step", "ramp"], "the light at the surface's own horizon: a step, or Kilgard's ramp min(1, 8 n·l)").numbered(0.0),
-        /// How normals under a footprint widen the highlight.
+        /// Widening of the highlight by the normals under a footprint, an index of the choices.
         pub filter: usize = ParamInfo::choice("filter", &["covariance", "toksvig", "mean"], "how the normals under a sample widen the highlight").numbered(0.0),
     }
 }

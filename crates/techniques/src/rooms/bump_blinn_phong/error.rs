@@ -19,10 +19,10 @@ pub(super) fn error(t: &Bumped, m: &Material) -> f64 {
     error_at(brdf, |k| texel(k, size).0, exact, |at, wi, wo| shaded(t, at, wi, wo))
 }
 
-/// Texels of a side of the blocks whose means are tried.
+/// Side, in texels, of the blocks whose means are compared.
 const BLOCK: usize = 4;
 
-/// Relative RMS error of samples that cover 4 × 4 texels against the mean of these: what filtering costs.
+/// Relative RMS error of filtering: samples that cover 4 × 4 texels against the mean of these texels.
 pub(super) fn details(t: &Bumped) -> Vec<(&'static str, f64)> {
     let size = t.texels.size();
     if t.bumps.is_none() || size.0 < BLOCK || size.1 < BLOCK {

@@ -6,10 +6,10 @@ use crate::local::{LocalText, Place};
 use crate::shared::maths::vector::dot;
 use crate::shared::surface::bumps;
 
-/// Smallest z of a mean normal that covariances are projected with.
+/// Least z of a mean normal with which covariances are projected.
 const LEAST_Z: f32 = 0.1;
 
-/// What a point has.
+/// Data of a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Texel {
     /// Mean normal, as long as the normals under the point agree.
@@ -18,7 +18,7 @@ pub struct Texel {
     pub frame: [[f32; 3]; 3],
     /// Exponents of the highlight along tangent and bitangent: tt, tb, bb of (I/N + Σ)⁻¹.
     pub lobe: [f32; 3],
-    /// Its height.
+    /// Height of the highlight's peak.
     pub peak: f32,
 }
 

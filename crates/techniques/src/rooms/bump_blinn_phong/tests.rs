@@ -53,8 +53,8 @@ fn flat_heights_are_no_bumps() {
     assert!(none.certificate().error < 1e-6 && none.normals().is_none() && all[1].normals().is_some());
 }
 
-/// The mean of the diffuse part over 2 × 2 texels is the filtered one, where none of them turns away: also
-/// under ways that do nothing else alike.
+/// The mean of the diffuse part over 2 × 2 texels is the filtered one, where none of them turns away, with
+/// either of two ways of filtering the highlight.
 #[test]
 fn the_diffuse_part_filters_exactly() {
     let side = specimens::SIDE as f32;
@@ -78,7 +78,7 @@ fn the_diffuse_part_filters_exactly() {
     }
 }
 
-/// Filtered highlights of blocks of 4 × 4 texels: the covariance errs least, no filter most.
+/// Filtered highlights of blocks of 4 × 4 texels: `covariance` has the smallest error, `mean` the largest.
 #[test]
 fn covariances_filter_highlights_best() {
     let error = |filter: &str| {
@@ -107,7 +107,7 @@ fn self_shadowing_is_a_step_or_a_ramp() {
     }
 }
 
-/// A normal map stands in place of the heights' normals, and is what other light is shaded with.
+/// A normal map replaces the normals of the heights, and other light is shaded with it too.
 #[test]
 fn normal_maps_are_taken_as_they_are() {
     let n = Vec3::new(0.3, -0.4, 0.8).normalize();

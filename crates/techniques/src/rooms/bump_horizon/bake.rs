@@ -22,7 +22,7 @@ params! {
         pub normal: Option<FileName> = bumps::NORMAL_FILE,
         /// Height of white.
         pub relief: f64 = bumps::RELIEF,
-        /// What the horizon is kept as.
+        /// Form of the horizon, an index of the choices.
         pub shadow: usize = ParamInfo::choice("shadow", &["horizon", "ellipse", "none"], "what bumps hide of the light: the horizon at equal azimuths, one ellipse, or nothing").numbered(0.0),
         /// Azimuths of the horizon.
         pub azimuths: usize = ParamInfo::whole("azimuths", [4.0, 64.0], 16.0, "azimuths of shadow=horizon"),
@@ -35,10 +35,10 @@ params! {
     }
 }
 
-/// How the horizon is kept.
+/// The horizon in the chosen form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kept {
-    /// Nothing is hidden.
+    /// No horizon: nothing is hidden.
     Open,
     /// Elevations at this many azimuths, three a texture.
     Azimuths(usize),
@@ -56,7 +56,7 @@ pub struct Relief {
     pub horizons: Texels,
     /// Angular radius of the lights, radians.
     pub width: f32,
-    /// What bumps see of each other, where light bounces.
+    /// Links between bumps that see each other, where light is reflected between them.
     pub scatter: Option<Scatter>,
 }
 

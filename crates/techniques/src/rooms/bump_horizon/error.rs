@@ -28,8 +28,7 @@ pub(super) fn error(t: &Relief, m: &Material) -> f64 {
     error_of(scatter::pairs(m), |k| texel(k, size).0, exact, shaded)
 }
 
-/// The part of texels and directions, uniform over the hemisphere, that are lit and should not be, or the
-/// other way round.
+/// The part of pairs of texels and directions, uniform over the hemisphere, whose visibility is wrong.
 pub(super) fn details(t: &Relief) -> Vec<(&'static str, f64)> {
     const TRIED: u32 = 4096;
     let met = t.scatter.as_ref().map(|s| ("directions that meet bumps", s.links.met()));

@@ -1,4 +1,4 @@
-//! A texel's normal, and what it sees of a light; `shade.wgsl` has the same functions.
+//! A texel's normal, and the part of a light that it sees; `shade.wgsl` has the same functions.
 
 use super::bake::{Kept, Relief};
 use crate::local::Place;
@@ -6,7 +6,7 @@ use crate::shared::maths::angle::{angle, arccos};
 use crate::shared::surface::bumps;
 use std::f32::consts::{PI, TAU};
 
-/// What a point has.
+/// Data of a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Texel {
     /// Tangent, bitangent and normal of the bump.

@@ -1,4 +1,4 @@
-//! What bumps see of each other along fixed directions.
+//! Links between bumps: the texel that each texel sees along each of some fixed directions.
 
 use crate::BakeError;
 use crate::gpu::{Buffer, Uniform, Value};
@@ -11,7 +11,7 @@ use steradian_base::Task;
 use steradian_relight::height::{HeightField, Scattering};
 use steradian_sphere::sampling::{Pcg32, R2};
 
-/// Links at most: 128 MiB, what GPUs bind at least.
+/// Most links: 128 MiB, the largest buffer that every GPU can bind.
 const MOST: usize = 1 << 25;
 /// Numbers a direction in buffers of a GPU, before the links.
 pub(super) const ROW: usize = 6;
@@ -19,15 +19,17 @@ pub(super) const ROW: usize = 6;
 /// A direction that all texels have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Direction {
-    /// In the frame of the bump; cosine-distributed, so that all weigh the same: w (n·d) = π/N.
+    /// Direction in the frame of the bump; cosine-distributed, so that all have the same weight: w (n·d) =
+    /// π/N.
     pub d: [f32; 3],
     /// The direction that light takes before it takes this one, at the texel that this one meets.
     pub before: usize,
-    /// Where in the square that a point stands for the texel is whose link it takes, −½ … ½.
+    /// Offset within the square of a point's footprint, −½ … ½, at which the texel lies whose link is
+    /// followed.
     pub offset: [f32; 2],
 }
 
-/// What bumps see of each other.
+/// Directions and links between bumps.
 pub struct Scatter {
     pub directions: Vec<Direction>,
     pub links: Scattering,
@@ -38,8 +40,8 @@ pub struct Scatter {
 
 /// `count` directions.
 pub(super) fn directions(count: usize) -> Vec<Direction> {
-    // Each pair of reflections is one of as many pairs of directions as there are directions: shuffled, so
-    // that all of these stand for all pairs.
+    // A path of two reflections uses one of as many pairs of directions as there are directions; their order
+    // is shuffled, so that the pairs used represent all pairs.
     let mut order: Vec<usize> = (0..count).collect();
     let mut random = Pcg32::new(19, 5);
     for k in (1..count).rev() {
@@ -116,9 +118,9 @@ impl Scatter {
         Ok((links.met() > 0.0).then_some(Self { directions, links, bounces, size }))
     }
 
-    /// The texel that a point's direction `k` meets: that of the link of a texel in the square that the point
-    /// stands for, one texel wide at least. All directions together interpolate between texels and average
-    /// over footprints.
+    /// The texel that a point sees along direction `k`: that of the link of a texel in the square of the
+    /// point's footprint, one texel wide at least. All directions together interpolate between texels and
+    /// average over footprints.
     #[inline(always)]
     pub(super) fn meets(&self, at: Place, k: usize) -> Option<usize> {
         let o = self.directions[k].offset;

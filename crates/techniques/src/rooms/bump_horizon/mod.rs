@@ -1,5 +1,5 @@
-//! Bumps that shadow themselves: any reflectance about normals of a texture, times what each texel sees of
-//! the light.
+//! Bumps that shadow themselves: any reflectance about normals of a texture, times the part of the light that
+//! each texel sees.
 //!
 //! Heidrich, Daubert, Kautz & Seidel (2000), *Illuminating Micro Geometry Based on Precomputed Visibility*;
 //! Sloan & Cohen (2000), *Interactive Horizon Mapping*; Max (1988); STAR04 6.4.2. With the texel's normal n'
@@ -20,12 +20,12 @@
 //!
 //! > L(p) += Σ_i w_i f'(d_i, v)(n'·d_i) L_d(S_i(p), −d_i), w_i (n'·d_i) = π/N
 //!
-//! with the direct light L_d, shadows included, of the texel that is met. Ours are fixed in the frame of n'
-//! (in that of the surface half of a set lies below any bump) and cosine-distributed. Light of b + 1
-//! reflections takes at each texel one link more, that of another direction, so that the cost is `bounces` ·
-//! N lookups and no power of N. Approximated: the integral over directions by N, the texel that is met by the
-//! nearest one. Units: radiance in W sr⁻¹ m⁻². The height map repeats, and its texels count as squares on the
-//! surface.
+//! with the direct light L_d, shadows included, of the texel that is met. The directions here are fixed in
+//! the frame of n' (in that of the surface half of a set lies below any bump) and cosine-distributed. Light
+//! of b + 1 reflections takes at each texel one link more, that of another direction, so that the cost is
+//! `bounces` · N lookups and no power of N. Approximated: the integral over directions by N, the texel that
+//! is met by the nearest one. Units: radiance in W sr⁻¹ m⁻². The height map repeats, and its texels count as
+//! squares on the surface.
 
 mod bake;
 mod error;

@@ -1,4 +1,4 @@
-//! Light from bump to bump along fixed directions; `scatter.wgsl` has the same.
+//! Light from bump to bump along fixed directions; `scatter.wgsl` has the same functions.
 
 use super::bake::{Kept, Relief};
 use super::horizon::{Texel, seen};
@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use steradian_relight::height::Caster;
 use steradian_sphere::sampling::{Pcg32, cosine_hemisphere, hammersley};
 
-/// Paths of the yardstick at a texel.
+/// Paths per texel of the reference.
 const PATHS: u32 = 512;
 
 #[inline(always)]
@@ -24,8 +24,8 @@ fn double(d: [f32; 3]) -> DVec3 {
     DVec3::from_array(d.map(f64::from))
 }
 
-/// What reaches the viewer after one reflection more than direct light, and up to `bounces` more, of a light
-/// in the direction `wi` above the surface, over its irradiance.
+/// Radiance after one reflection more than direct light, and up to `bounces` more, of a light in the
+/// direction `wi` above the surface, over its irradiance.
 #[inline(always)]
 pub(super) fn bounced(t: &Relief, s: &Scatter, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     let count = s.directions.len();
@@ -62,8 +62,8 @@ pub(super) fn bounced(t: &Relief, s: &Scatter, x: &Texel, wi: [f32; 3], wo: [f32
     sum
 }
 
-/// The same with many directions, each path with random ones after the first, and rays in place of horizons:
-/// the yardstick of certificates.
+/// [`bounced`] with many directions, each path with random ones after the first, and rays in place of
+/// horizons: certificates are measured against it.
 pub(super) fn exact(
     t: &Relief,
     caster: &Caster<'_>,

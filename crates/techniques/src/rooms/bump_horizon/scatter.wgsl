@@ -19,7 +19,7 @@ fn local_direction(k: u32) -> vec3<f32> {
     return vec3<f32>(local_scatter_number(k, 0u), local_scatter_number(k, 1u), local_scatter_number(k, 2u));
 }
 
-// The texel that a point's direction k meets, by a link of the square that the point stands for.
+// The texel that a point sees along direction k, by a link of a texel in the square of its footprint.
 fn local_meets(x: LocalTexel, k: u32) -> LocalLink {
     let size = technique.local_scatter.zw;
     let o = vec2<f32>(local_scatter_number(k, 4u), local_scatter_number(k, 5u));

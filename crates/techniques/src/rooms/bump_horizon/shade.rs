@@ -1,5 +1,5 @@
-//! The reflectance about a texel's normal and what the texel sees of a light; `shade.wgsl` has the same
-//! functions.
+//! The reflectance about a texel's normal and the part of a light that the texel sees; `shade.wgsl` has the
+//! same functions.
 
 use super::bake::{Kept, Relief};
 use super::horizon::{Texel, seen};
@@ -11,7 +11,7 @@ use crate::shared::maths::vector::dot;
 use crate::shared::surface::bumps;
 use glam::DVec3;
 
-/// f · ⟨n·wi⟩ with shadows, and what bumps reflect to the point.
+/// f · ⟨n·wi⟩ with shadows, and the light that bumps reflect to the point.
 #[inline(always)]
 pub(super) fn f_cos(t: &Relief, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     let direct = direct(t, x, wi, wo);

@@ -1,4 +1,4 @@
-//! What bumps hide of the light; what they reflect is in `bounces`.
+//! Tests of the bumps' shadows; those of reflections between bumps are in `bounces`.
 
 mod bounces;
 

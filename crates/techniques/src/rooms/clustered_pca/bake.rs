@@ -10,7 +10,7 @@ params! {
         pub bands: usize = ParamInfo::whole("bands", [1.0, 8.0], 5.0, "bands of spherical harmonics"),
         /// Clusters of sites.
         pub clusters: usize = ParamInfo::whole("clusters", [1.0, 2048.0], 256.0, "clusters of sites, fewer where there are few sites"),
-        /// Matrices of a cluster beside its mean.
+        /// Matrices of a cluster in addition to its mean.
         pub components: usize = ParamInfo::whole("components", [0.0, 16.0], 8.0, "matrices of a cluster beside their mean, each with a weight per site"),
         /// Texels along an edge of the table.
         pub size: usize = ParamInfo::whole("size", [16.0, 1024.0], 128.0, "edge of the table of views, of reflectance but phong").unit("texels"),

@@ -7,8 +7,8 @@
 //!
 //! Light, visibility and reflectance are those of `prt_glossy` (Sloan, Kautz & Snyder 2002). A site keeps its
 //! cluster and a few weights; the matrices of the clusters are multiplied with the light once a frame,
-//! whatever the number of sites. What the compression loses, and how far its error steps across seams between
-//! clusters, is measured and stated. Refused: point lights, reflections between surfaces.
+//! whatever the number of sites. The error of the compression, and its steps across seams between clusters,
+//! are measured and stated. Refused: point lights, reflections between surfaces.
 
 mod bake;
 mod shade;
@@ -104,7 +104,8 @@ impl Technique for ClusteredPca {
         Ok(((), report))
     }
 
-    /// What lies below the horizon is blocked for Phong's lobe, and open for tables.
+    /// Directions below the horizon are blocked for Phong's lobe and open for tables, so the transfer depends
+    /// on the material.
     fn transfer_reads_material(_: &Params) -> bool {
         true
     }

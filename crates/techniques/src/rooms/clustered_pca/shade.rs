@@ -36,7 +36,7 @@ pub(super) fn shade(b: &Bake<ClusteredPca>, f: &Frame, q: &Points<'_>, out: &mut
     b.material.shade(bands, &vectors, q, out);
 }
 
-/// What a corner of the triangle sees, for so many coefficients and components.
+/// WGSL text of the light that reaches a corner of the triangle, for `n` coefficients and `components`.
 fn wgsl(n: usize, components: usize) -> String {
     format!(
         "// Radiance of a site: its cluster's mean and weighted components, times coefficients.

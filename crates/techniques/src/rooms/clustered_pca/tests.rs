@@ -19,8 +19,8 @@ fn rms(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
     (off / b.iter().map(|b| square(*b)).sum::<f32>()).sqrt()
 }
 
-/// A cluster for every few sites, with as many components, is the matrices themselves: what is shaded from
-/// clusters is what is shaded from reconstructed matrices.
+/// With a cluster for every few sites, and as many components, the compression is lossless: shading from
+/// clusters equals shading from reconstructed matrices.
 #[test]
 fn enough_components_are_the_matrices() {
     let mesh = shapes::torus(0.7, 0.3, 10);
@@ -31,8 +31,7 @@ fn enough_components_are_the_matrices() {
     assert!(far < 1e-4, "{far}");
 }
 
-/// The error that is stated of the matrices falls with clusters and components, and so does that of what is
-/// shaded.
+/// The stated error of the matrices falls with clusters and components, and so does that of shading.
 #[test]
 fn errors_fall_with_clusters_and_components() {
     let mesh = ring();

@@ -17,14 +17,15 @@ params! {
     /// Size of the map.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Size {
-        /// Intervals per cube edge; what the tolerance needs where `None`.
+        /// Intervals per cube edge; where `None`, as many as the tolerance needs.
         pub size: Option<usize> = ParamInfo::whole("size", [1.0, 512.0], 0.0, "intervals per cube edge; auto: what the tolerance needs, at most 64").auto(0.0).unit("texels"),
     }
 }
 
 /// Tolerance where the user gives none.
 const TOLERANCE: f64 = 2e-3;
-/// The cosine's coefficients fall like l^−5/2: order 64 leaves 1e-4 even of the sharpest light.
+/// The cosine's coefficients fall like l^−5/2: truncation after order 64 leaves an error of 1e-4 even under
+/// the sharpest light.
 const ORDER: usize = 64;
 
 /// ⟨cos⟩₊/π: radiance to E/π.

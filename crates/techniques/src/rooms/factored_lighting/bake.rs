@@ -17,10 +17,10 @@ use steradian_prefilter::EdgeCube;
 
 /// Tolerance of the samples where the user gives none.
 const TOLERANCE: f64 = 0.01;
-/// Highest band of light and reflectance: maps of these sizes hold no more.
+/// Highest band of light and reflectance; maps of these sizes cannot represent higher ones.
 pub(super) const ORDER: usize = 48;
 
-/// What a view sees of a material.
+/// The slices of a material, from which the image of any view follows.
 pub(super) fn seen(m: &Material, task: &Task) -> Result<Seen, BakeError> {
     let tolerance = task.tolerance().unwrap_or(TOLERANCE).clamp(1e-3, 0.1);
     Ok(Seen::bake(m, false, tolerance, ORDER, task)?)
@@ -29,11 +29,11 @@ pub(super) fn seen(m: &Material, task: &Task) -> Result<Seen, BakeError> {
 /// The logarithms of the factors, in steps of halves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Factors {
-    /// Over n, r and wo; a cube of one interval where there is none.
+    /// The factors over n, r and wo; one that is not used is a cube of one interval.
     pub cubes: [EdgeCube; 3],
-    /// Which of n, r, wo and n·wo there are.
+    /// Flags of the factors used: over n, r, wo and n·wo.
     pub used: [bool; 4],
-    /// Over √(n·wo), equally spaced from 0 to 1.
+    /// The factor over n·wo, at values of √(n·wo) equally spaced from 0 to 1.
     pub line: Vec<[f32; 4]>,
     /// L_o where all factors are 1, W sr⁻¹ m⁻².
     pub scale: [f32; 3],
@@ -43,7 +43,7 @@ fn half(x: f64) -> f32 {
     f16::from_f64(x.clamp(-60.0, 60.0)).to_f32()
 }
 
-/// Moves each factor's mean to the scale: it says nothing of a factor alone.
+/// Moves the mean of each factor's logarithms to the scale, since only the sum of all means is determined.
 fn gauge(layout: &Layout, x: &mut [Rgb], scale: &mut Rgb) {
     for range in (0..4).map(|k| layout.range(k)).filter(|r| !r.is_empty()) {
         let n = range.len() as f64;

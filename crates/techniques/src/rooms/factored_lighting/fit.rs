@@ -15,23 +15,24 @@ use steradian_sphere::sh::ShRgb;
 
 /// Samples of the factor over n·wo, at equal steps of √(n·wo).
 pub const LINE: usize = 48;
-/// Samples of the radiance per unknown: where it is no product, few of them would be fitted as noise.
+/// Samples of the radiance per unknown: where light and reflectance are no product, a fit to fewer would
+/// follow noise.
 pub const PER_UNKNOWN: usize = 24;
-/// Most of them.
+/// Most samples.
 const MOST: usize = 600_000;
-/// Radiance below this share of the mean counts as this share.
+/// Radiance below this share of the mean is clamped to it.
 const FLOOR: f64 = 1e-4;
-/// Weight of smoothness beside that of the samples that see an unknown, of the factors over n, r, wo and
-/// n·wo. What is no product would be fitted as a grain of texels, by the factor over n most of all, which is
-/// smooth by nature.
+/// Weight of smoothness relative to that of the samples that see an unknown, for the factors over n, r, wo
+/// and n·wo. Where light and reflectance are no product, the fit would otherwise put the misfit into noise of
+/// single texels, most of all in the factor over n, which is smooth by nature.
 const SMOOTH: [f64; 4] = [1.0, 0.1, 0.1, 0.03];
-/// Steps of each solution, and where it stops earlier.
+/// Most steps of each solution, and the accuracy at which it stops earlier.
 const STEPS: usize = 60;
 const ACCURACY: f64 = 1e-4;
 /// Solutions after the first, each of the problem linearised about the one before.
 const REFINEMENTS: usize = 2;
 
-/// The unknowns of all factors, one after the other.
+/// Order of the unknowns: those of each factor in turn.
 pub struct Layout {
     pub n: Option<CubeGrid>,
     pub r: Option<CubeGrid>,
@@ -44,7 +45,8 @@ pub struct Layout {
 impl Layout {
     pub fn new(p: &Params, size: usize) -> Self {
         let cube = |used: bool, size: usize| used.then(|| CubeGrid::new(size));
-        // The view changes little that n and r do not tell: a coarse map, which few views determine.
+        // The view changes little that n and r do not determine: its map is coarse, and few views determine
+        // it.
         let (n, r, wo) = (cube(p.n, size), cube(p.r, size), cube(p.wo, (size / 4).max(2)));
         let mut starts = [0; 5];
         let counts = [&n, &r, &wo].map(|g| g.as_ref().map_or(0, CubeGrid::count));
@@ -108,7 +110,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// As many as `unknowns` need, from the exact images of views spread over the sphere.
+    /// Enough samples for `unknowns`, from the exact images of views spread over the sphere.
     pub fn new(slices: &Slices, light: &ShRgb, unknowns: usize, task: &Task) -> Result<Self, Cancelled> {
         let total = (PER_UNKNOWN * unknowns).clamp(4096, MOST);
         let views = ((total as f64).sqrt() * 0.7) as usize;
@@ -141,7 +143,7 @@ impl Samples {
     }
 }
 
-/// What the fit found.
+/// Result of the fit.
 pub struct Fit {
     /// Logarithms of the factors.
     pub x: Vec<Rgb>,
@@ -175,7 +177,7 @@ pub fn fit(layout: &Layout, samples: &Samples, weight: f64, task: &Task) -> Resu
     Ok(Fit { x: now.x, scale, residual, log_residual, samples: l.len(), steps: now.steps })
 }
 
-/// Rows, and radiance over its mean, which is the second value; 1 in channels without light.
+/// The least-squares problem for radiance over its mean (1 in channels without light), and that mean.
 fn problem(layout: &Layout, samples: &Samples, power: f64) -> (Problem, Rgb) {
     let scale = samples.mean().map(|m| m.max(0.0));
     let over = |l: &Rgb| std::array::from_fn(|c| if scale[c] > 0.0 { l[c] / scale[c] } else { 1.0 });
@@ -195,7 +197,7 @@ fn problem(layout: &Layout, samples: &Samples, power: f64) -> (Problem, Rgb) {
     (problem, scale)
 }
 
-/// A share of what the samples weigh at an unknown of that factor.
+/// Weight of smoothness of each factor: a share of the mean weight of samples per unknown of that factor.
 fn smoothness(problem: &Problem, layout: &Layout) -> Vec<Rgb> {
     let mut sum = [0.0; 3];
     for l in (0..problem.values.len()).map(|k| problem.floored(k)) {

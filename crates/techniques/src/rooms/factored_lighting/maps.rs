@@ -1,4 +1,4 @@
-//! Where the unknowns of each factor lie: the samples of a cube with shared edges, or of a line.
+//! Positions of each factor's unknowns: the samples of a cube with shared edges, or of a line.
 
 use std::collections::{BTreeMap, BTreeSet};
 use steradian_prefilter::edge_cube::{direction, face_position};
@@ -43,7 +43,7 @@ impl CubeGrid {
         self.index.len()
     }
 
-    /// What a lookup towards `d` reads: the CPU's and the shader's bilinear weights.
+    /// Texels and bilinear weights of a lookup towards `d`; the shader has the same.
     pub fn taps(&self, d: [f32; 3]) -> [Tap; 4] {
         let (face, s, t) = face_position(d);
         let last = self.size as f32;
@@ -78,7 +78,7 @@ impl CubeGrid {
     }
 }
 
-/// What a lookup at `u` in [0, 1] of a line of `count` samples reads.
+/// Samples and weights of a lookup at `u` in [0, 1] in a line of `count` samples.
 pub fn line_taps(count: usize, u: f32) -> [Tap; 2] {
     let x = u.clamp(0.0, 1.0) * (count - 1) as f32;
     let i = (x as usize).min(count - 2);

@@ -3,7 +3,7 @@ use super::*;
 use crate::trial;
 use steradian_base::{ParamValues, Params as _};
 
-/// Factors and what is said of them.
+/// The factors and their report.
 fn factors(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> (Factors, Report) {
     let task = Task::quiet();
     let values: ParamValues = params.iter().copied().collect();
@@ -76,7 +76,7 @@ fn a_sum_of_lambert_and_phong_is_no_product() {
     assert!(detail(&c, "residual") > 0.03 && error(&lights::studio(), spec, &[]) > 0.03, "{c:?}");
 }
 
-/// One map alone is what the whole set reduces to.
+/// Parameters that leave one map give that map alone.
 #[test]
 fn parameters_choose_the_factors() {
     let only_n = [("mirror", 0.0), ("elevation", 0.0)];

@@ -1,4 +1,4 @@
-//! The material's factor, the fit; and what of it shading reads.
+//! The material's factor, the fit; and the tables that shading reads of it.
 
 use super::light::Light;
 use super::looks;
@@ -18,14 +18,15 @@ use steradian_brdf::model::lobes;
 use steradian_brdf::{Brdf, Form, SharedBrdf};
 use steradian_sphere::sh::zonal;
 
-/// Rows of the table from one view of the fit to the next: enough for logarithms of σ to become levels.
+/// Rows of the table per interval between the fit's views: levels follow from logarithms of σ, and are nearly
+/// linear between rows so close.
 const FINER: usize = 8;
-/// The same where reflectance is anisotropic, and of columns from one azimuth to the next.
+/// Rows per interval, and columns per interval of azimuth, where the reflectance is anisotropic.
 const FINER_TURNED: usize = 2;
 
 /// A reflectance and its lobes.
 pub struct Fitted {
-    /// `None` in a loaded bake that does not keep what its reflectance's files hold.
+    /// `None` in a loaded bake without the contents of the files that its reflectance needs.
     brdf: Option<SharedBrdf>,
     spec: String,
     /// The lobes.
@@ -76,26 +77,27 @@ impl Part for Fitted {
     }
 }
 
-/// Lookups of a stretched lobe lie so many widths apart: their sum is even to a hundredth.
+/// Distance between the lookups of a stretched lobe, in widths σ: their sum is then even to a hundredth.
 const APART: f64 = 2.0;
-/// And reach so many standard deviations of the sweep to either side; `shade` weights them as a Gaussian with
-/// 2 at the ends.
+/// Distance to which lookups reach on either side, in standard deviations of the sweep; `shade` weights them
+/// with a Gaussian whose ends are at 2 standard deviations.
 const REACH: f64 = 2.27;
-/// Sweeps of less than this times σ widen a lobe by a hundredth.
+/// A sweep shorter than this times σ widens a lobe by at most a hundredth, and is ignored.
 const LEAST: f64 = 0.15;
 
-/// How a lobe is looked up: σ of the lookups, standard deviation of their angles, number.
+/// Lookups of a lobe: their σ, the standard deviation of their angles, and their number.
 fn taps(lobe: &GaussianLobe, most: usize) -> [f64; 3] {
     if lobe.sweep < LEAST * lobe.sigma || most < 3 {
         // One lookup has the lobe's mean second moment.
         let sigma = (0.5 * (lobe.sigma.powi(2) + lobe.along().powi(2))).sqrt();
         return [if lobe.sweep < LEAST * lobe.sigma { lobe.sigma } else { sigma }, 0.0, 1.0];
     }
-    // The normal distribution with Von Mises's mean cosine.
+    // Width of the normal distribution that has Von Mises's mean cosine.
     let sweep = (-2.0 * mean_cosine(lobe.sweep).max(0.05).ln()).sqrt();
     let count = 2.0 * REACH * sweep / (APART * lobe.sigma);
     let most = most as f64;
-    // Where they would lie too far apart, each is wider, and the sweep so much less that the length stays.
+    // Where lookups would lie too far apart, each is widened, and the sweep reduced so that the variance
+    // along it stays.
     let sigma = lobe.sigma.max(2.0 * REACH * sweep / (APART * most));
     let rest = (sweep.powi(2) + lobe.sigma.powi(2) - sigma.powi(2)).max(0.0).sqrt();
     [sigma, rest, count.clamp(3.0, most)]

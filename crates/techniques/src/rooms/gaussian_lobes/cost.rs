@@ -1,4 +1,4 @@
-//! What a point costs a GPU, counted in the shader: the paper has 54 instructions without visibility, and
+//! Cost of a point on a GPU, in instructions counted in the shader: the paper has 54 without visibility, and
 //! 107, 140 and 181 with 2, 3 and 4 bands of it.
 
 use super::tests::{on_mesh, seen_by};
@@ -9,7 +9,7 @@ use std::ops::AddAssign;
 use std::sync::Arc;
 use steradian_brdf::parse;
 
-/// Lobes.
+/// Number of lobes.
 const K: u32 = 3;
 
 /// Texels loaded, numbers loaded from buffers, and operations (of vectors as of numbers: one each).
@@ -42,7 +42,7 @@ impl Cost {
         }
     }
 
-    /// Of one evaluation of an expression.
+    /// Cost of one evaluation of an expression.
     fn of(e: &Expression, f: &Function, module: &Module) -> Self {
         let mut out = Self::default();
         match e {
@@ -72,7 +72,7 @@ impl Cost {
     }
 }
 
-/// Of a function in which the outermost loops run `turns(name)` times and those within once.
+/// Cost of a function in which the outermost loops run `turns(name)` times and those within once.
 fn cost(f: &Function, module: &Module, turns: &dyn Fn(&str) -> u32) -> Cost {
     block(&f.body, f, module, turns, turns(f.name.as_deref().unwrap_or_default()))
 }
@@ -103,7 +103,7 @@ fn block(b: &Block, f: &Function, module: &Module, turns: &dyn Fn(&str) -> u32, 
     sum
 }
 
-/// Of a point whose lobes are round, with a diffuse part.
+/// Cost of a point whose lobes are round, with a diffuse part.
 fn of_bands(visibility: &str, bands: usize) -> Cost {
     let g = Geometry::new(Arc::new(steradian_scene::shapes::icosphere(0)), crate::Sites::Vertices);
     let material = Material::new(parse("sgd:gold-metallic-paint").expect("a spec"));

@@ -1,4 +1,4 @@
-//! The state of a frame: the turned light, and what of it is blocked at each site.
+//! The state of a frame: the rotated light, and the part of diffuse light that is blocked at each site.
 
 use super::GaussianLobes;
 use super::visibility::DIFFUSE;
@@ -15,7 +15,7 @@ pub struct Frame {
     pub(super) turn: LightRotation,
     /// ρ_d/π L_i, turned; empty where nothing is blocked or nothing diffuse.
     pub(super) light: Vec<[f32; 3]>,
-    /// Of each site, what of the diffuse part is blocked.
+    /// Radiance that each site's diffuse part loses to occlusion.
     blocked: Vec<[f32; 3]>,
 }
 
@@ -40,7 +40,7 @@ impl Frame {
         out
     }
 
-    /// What of the diffuse part is blocked at point `i`.
+    /// Radiance that the diffuse part loses to occlusion at point `i`, interpolated.
     #[inline(always)]
     pub(super) fn blocked(&self, q: &Points<'_>, i: usize) -> [f32; 3] {
         let mut sum = [0.0; 3];

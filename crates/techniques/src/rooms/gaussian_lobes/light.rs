@@ -19,18 +19,19 @@ use steradian_prefilter::{EdgeCube, Lobe, Tree, filter};
 const ORDER: usize = 383;
 /// Tolerance of the maps where the user gives none.
 const TOLERANCE: f64 = 5e-3;
-/// A chain ends with the first level at least so wide, radians: a lobe of the fit is hardly ever wider.
+/// A chain ends with the first level of at least this width, radians: lobes of fits are hardly ever wider.
 const WIDE: f64 = 1.1;
 
 /// The maps.
 pub struct Light {
     /// Level 0 the light itself, then by doubling widths.
     pub(super) chain: Chain,
-    /// σ of each level; of level 0 what a bilinear lookup of texel means amounts to.
+    /// σ of each level; for level 0 that of a bilinear lookup of texel means.
     pub(super) sigmas: Vec<f64>,
     /// E/π.
     pub(super) irradiance: EdgeCube,
-    /// The first bands, of which the blocked part of diffuse light is made; `None` without visibility.
+    /// The light's first bands, from which the blocked part of diffuse light is computed; `None` without
+    /// visibility.
     pub(super) sh: Option<ShLight>,
     distant: DistantLight,
 }
@@ -83,7 +84,7 @@ impl Light {
         (above - 1) as f64 + ((moment(sigma) - a) / (b - a)).clamp(0.0, 1.0)
     }
 
-    /// What of a GPU's data is this: the chain and E/π.
+    /// The data of a GPU that are filtered light: the chain and E/π.
     pub(super) fn tables(&self) -> LightTables {
         let kernel =
             |k: usize| if k == 0 { Kernel::Mirror } else { Kernel::Gaussian { sigma: self.sigmas[k] } };

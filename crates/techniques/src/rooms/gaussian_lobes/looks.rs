@@ -1,4 +1,4 @@
-//! Where the lobes of a view look, and how much of what they see there is cut.
+//! Directions of the lobes of a view, and the part of their visibility that is clamped.
 
 use super::lookups::{elevation, mean, row};
 use super::turned;
@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use steradian_prefilter::probe;
 use steradian_sphere::Frame;
 
-/// Of each lobe towards `wo`: the direction of its mean, the zonal coefficients of visibility there, and its
+/// For each lobe towards `wo`: its mean direction, the zonal coefficients of the visibility there, and its
 /// weight.
 fn looks(v: &Views, n: DVec3, wo: DVec3) -> Vec<([f32; 3], [f32; 4], f64)> {
     let to = |v: DVec3| v.as_vec3().to_array();
@@ -32,11 +32,11 @@ fn looks(v: &Views, n: DVec3, wo: DVec3) -> Vec<([f32; 3], [f32; 4], f64)> {
     (0..v.lobes).map(lobe).collect()
 }
 
-/// Sites that [`report`] looks at, at most, and views of each.
+/// Most sites at which [`report`] evaluates visibility, and views of each.
 const SITES: usize = 512;
 const VIEWS: usize = 16;
 
-/// How much of the lobes' weight had a visibility below 0 or above 1 before it was cut.
+/// Reports the share of the lobes' weight whose visibility was below 0 or above 1 before it was clamped.
 pub(super) fn report(blocked: &Blocked, v: &Views, mut report: Report) -> Report {
     let bands = blocked.bands();
     let count = blocked.normals.data.len() / 3;

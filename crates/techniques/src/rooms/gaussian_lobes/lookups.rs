@@ -37,7 +37,8 @@ pub(super) fn number(taps: f32) -> usize {
 pub(super) static TAPS: LazyLock<Vec<Vec<[f32; 2]>>> =
     LazyLock::new(|| (0..=MAX_TAPS as usize).map(taps).collect());
 
-/// Normal weights at even places out to two standard deviations, stretched so that their variance is 1.
+/// Gaussian weights at evenly spaced places out to two standard deviations, stretched so that their variance
+/// is 1.
 fn taps(count: usize) -> Vec<[f32; 2]> {
     let place = |k: usize| (2 * k + 1) as f32 / count as f32 - 1.0;
     let weighed: Vec<[f32; 2]> = (0..count).map(|k| [place(k), (-2.0 * place(k).powi(2)).exp()]).collect();

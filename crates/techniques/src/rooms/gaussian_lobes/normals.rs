@@ -24,7 +24,7 @@ fn moment_at(moments: &[f32], level: f32) -> f32 {
     moments[i] + (moments[i + 1] - moments[i]) * (level - i as f32)
 }
 
-/// The mixture of levels that has it.
+/// The mixture of levels whose moment is `moment`.
 #[inline(always)]
 fn level_of(moments: &[f32], moment: f32) -> f32 {
     let mut i = 0;
@@ -34,7 +34,7 @@ fn level_of(moments: &[f32], moment: f32) -> f32 {
     i as f32 + ((moment - moments[i]) / (moments[i + 1] - moments[i])).clamp(0.0, 1.0)
 }
 
-/// [`shade::shade`] without visibility, of points with lobes of their own; their alpha does not count.
+/// [`shade::shade`] without visibility, for points with lobes of their own, whose alpha is ignored.
 pub(super) fn shade(b: &Bake<GaussianLobes>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
     let (light, v, turn) = (&b.light, &b.linked, &f.turn);
     let (count, moments, taps_of) = (v.count(), moments(light), &**TAPS);

@@ -1,4 +1,5 @@
-// 1 - the mean cosine under the Gaussian of level i; chain_sigmas = (of level 0, of level 1, levels, 0), doubling from level 1 on.
+// 1 - the mean cosine under the Gaussian of level i. chain_sigmas holds the width of level 0, that of level
+// 1, from which on widths double, the number of levels, and 0.
 fn moment(i: f32) -> f32 {
     let s = select(technique.chain_sigmas.x, technique.chain_sigmas.y * exp2(i - 1.0), i > 0.5);
     let s2 = s * s;
@@ -13,7 +14,7 @@ fn moment_at(level: f32) -> f32 {
     return mix(moment(i), moment(i + 1.0), l - i);
 }
 
-// The mixture of levels that has it.
+// The mixture of levels whose moment is m.
 fn level_of(m: f32) -> f32 {
     var i = 0.0;
     while i + 2.0 < technique.chain_sigmas.z && moment(i + 1.0) < m {

@@ -10,15 +10,15 @@ params! {
         pub lobes: usize = ParamInfo::whole("lobes", [1.0, 4.0], 3.0, "K, Gaussians of every view (a fit from a file keeps its own)"),
         /// N.
         pub views: usize = ParamInfo::whole("views", [2.0, 64.0], 15.0, "N, elevations of the view, equally spaced from 0 to 89 degrees (a fit from a file keeps its own)"),
-        /// What the fit minimises: 0 with the albedo kept, 1 eq. 8.
+        /// Objective of the fit: 0 with the albedo kept, 1 eq. 8.
         pub objective: usize = ParamInfo::choice("objective", &["energy", "published"], "least squares with the albedo of each view kept, or without that condition (eq. 8)").preset("energy"),
         /// M.
         pub azimuths: usize = ParamInfo::whole("azimuths", [4.0, 64.0], 24.0, "M, azimuths of the view where reflectance is anisotropic (a fit from a file keeps its own)"),
-        /// What the fit's lobes may be: 0 round, 1 stretched.
+        /// Shape of the fit's lobes: 0 round, 1 stretched.
         pub shape: usize = ParamInfo::choice("shape", &["round", "stretched"], "round lobes as the paper's, or each swept along the plane of incidence by its own angle: more lookups, far closer at grazing views (a fit from a file keeps its own; those of anisotropic reflectance are stretched, along any direction)").preset("round"),
         /// Lookups of a lobe at most.
         pub taps: usize = ParamInfo::whole("taps", [1.0, MAX_TAPS], 16.0, "lookups of the most stretched lobe; beyond it lookups widen"),
-        /// What stands in the way of light, as one of [`VISIBILITY`].
+        /// Bands of visibility, an index of [`VISIBILITY`].
         pub visibility: usize = ParamInfo::choice("visibility", &VISIBILITY, "what a mesh blocks of its own light, by spherical harmonics at its vertices: nothing; the unblocked fraction of the hemisphere; visibility at each lobe's mean (eq. 7); or its mean over the lobe"),
         /// Bands of visibility.
         pub visibility_bands: usize = ParamInfo::whole("visibility_bands", [2.0, 4.0], 4.0, "bands of spherical harmonics of visibility"),

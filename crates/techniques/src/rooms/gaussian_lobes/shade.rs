@@ -1,5 +1,5 @@
-//! Per lobe two lookups in tables of views and one in the chain, times what is seen there; the `.wgsl` files
-//! have the same functions.
+//! Per lobe two lookups in tables of views and one in the chain, times the visibility there; the `.wgsl`
+//! files have the same functions.
 
 use super::GaussianLobes;
 use super::frame::Frame;
@@ -42,7 +42,7 @@ struct Row<'a> {
     sizes: [Lanes; 2],
     part: Lanes,
     sweep: Lanes,
-    /// Its lookups, and the most of them.
+    /// Places and weights of its lookups, and the largest number of them.
     taps: [&'static [[f32; 2]]; WIDTH],
     most: usize,
     zonal: [Lanes; 4],
@@ -84,7 +84,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// With as many bands of visibility.
+/// Shader with `BANDS` bands of visibility.
 struct Shader<'a, const BANDS: usize> {
     light: &'a Light,
     v: &'a Views,
@@ -196,7 +196,7 @@ fn hidden(bands: usize) -> String {
     )
 }
 
-/// `fn hidden_diffuse(site)`: what of the diffuse part is blocked.
+/// WGSL text of `fn hidden_diffuse(site)`, the radiance that the diffuse part loses to occlusion.
 fn hidden_diffuse(diffuse: bool) -> String {
     let mut terms = String::new();
     if diffuse {
@@ -212,7 +212,7 @@ fn hidden_diffuse(diffuse: bool) -> String {
 
 pub(super) fn gpu(b: &Bake<GaussianLobes>, f: &Frame) -> GpuTechnique {
     let (light, v, blocked) = (&b.light, &b.linked, &b.transfer);
-    // By the elevation alone lobe after lobe in a line, else a plane each.
+    // Where lobes depend on the elevation alone, they lie one after another in a line; else each has a plane.
     let views = |name, rows: &[[f32; 4]]| {
         let bytes = texel_bytes(rows.iter());
         let (shape, [width, height, layers]) = match v.columns {

@@ -1,4 +1,5 @@
-// Place of lobe i at x = theta_o/89 degrees in the tables of views; counts = (lobes, views, all views - 1, 1/89 degrees).
+// Place of lobe i at x = theta_o/89 degrees in the tables of views; counts = (lobes, views, all views - 1,
+// 1/89 degrees).
 fn view(i: f32, x: f32) -> f32 {
     return (i * technique.counts.y + clamp(x, 0.0, 1.0) * (technique.counts.y - 1.0)) / technique.counts.z;
 }
@@ -16,7 +17,7 @@ fn elevation(cos_o: f32) -> vec2<f32> {
     return vec2<f32>(sine, atan2(sine, cosine) * technique.counts.w);
 }
 
-// The lobes, each lookup times what is seen there.
+// The sum over lobes of each lookup times its visibility.
 fn lobes(n: vec3<f32>, r: vec3<f32>, cosine: f32, b: Blocked) -> vec3<f32> {
     let view_at = elevation(cosine);
     var sum = vec3<f32>(0.0);

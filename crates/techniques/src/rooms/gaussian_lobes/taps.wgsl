@@ -8,12 +8,12 @@ fn place(k: f32, taps: f32) -> f32 {
     return (2.0 * k + 1.0) / taps - 1.0;
 }
 
-// Its weight.
+// Weight of a lookup.
 fn tap(at: f32) -> f32 {
     return exp(-2.0 * at * at);
 }
 
-// The sum of the weights, and by what places are multiplied so that their variance is 1.
+// The sum of the weights, and the factor of places that makes their variance 1.
 fn spread(taps: f32) -> vec2<f32> {
     var all = 0.0;
     var square = 0.0;

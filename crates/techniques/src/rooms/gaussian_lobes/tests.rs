@@ -99,7 +99,7 @@ impl Progress for Counted {
     fn end(&self) {}
 }
 
-/// Another material filters no light anew, a turned light neither.
+/// Neither another material nor a rotated light filters the light again.
 #[test]
 fn one_chain_serves_every_material() {
     let counted = Arc::new(Counted::default());
@@ -115,7 +115,7 @@ fn one_chain_serves_every_material() {
     }
 }
 
-/// A fit that is given is taken as it is.
+/// A reflectance that already is a fit is used as it is.
 #[test]
 fn a_given_fit_is_not_fitted_again() {
     let source = parse("ggx:alpha=0.3,f0=0.8/0.5/0.2").expect("spec");
@@ -126,8 +126,8 @@ fn a_given_fit_is_not_fitted_again() {
     assert_eq!(fitted.fit, fit);
 }
 
-/// Turning the view by a quarter of a degree makes no step of radiance beyond what the light's own changes
-/// make ("temporally coherent", section 6 of the paper).
+/// Turning the view by a quarter of a degree changes radiance by no larger steps than the light itself makes
+/// ("temporally coherent", section 6 of the paper).
 #[test]
 fn views_follow_each_other_without_steps() {
     let (light, task) = (lights::studio(), Task::quiet());
@@ -189,7 +189,7 @@ fn stretched_lobes_are_sums_of_lookups() {
     assert!(errors[4] > 2.0 * errors[2], "one lookup is none of a stretched lobe: {errors:?}");
 }
 
-/// Lobes as a brushed metal has them: two, beside the plane of incidence, swept across the brushing.
+/// Lobes like those of brushed metal: two, off the plane of incidence, swept across the brushing.
 pub(super) fn brushed() -> GaussianFit {
     let lobe = |theta: f64, phi: f64| {
         let wide = GaussianLobe {
@@ -215,8 +215,8 @@ pub(super) fn brushed() -> GaussianFit {
     GaussianFit { views, ..fit }
 }
 
-/// Lookups along the sweeps of anisotropic lobes against the integral of their closed form over the light;
-/// saved and loaded, the same bits.
+/// Lookups along the sweeps of anisotropic lobes against the integral of their closed form over the light; a
+/// bake that was saved and loaded gives the same bits.
 #[test]
 fn lobes_beside_the_plane_are_sums_of_lookups() {
     let (light, task) = (lights::smooth(), Task::quiet());
@@ -320,12 +320,13 @@ fn a_sphere_shades_as_without_visibility() {
     }
 }
 
-/// A wall that blocks half of what a point sees: of lobes whose mean lies in its plane half is seen, at any
-/// width and by any number of bands, and half of the sky's irradiance. Inside a closed box nothing is seen.
+/// A wall that blocks half of a point's surroundings: of lobes whose mean lies in its plane half is visible,
+/// at any width and by any number of bands, and half of the sky's irradiance. Inside a closed box nothing is
+/// visible.
 #[test]
 fn half_a_space_and_a_closed_one_are_closed_forms() {
     let wall = Arc::new(steradian_scene::shapes::cuboid([2.0, 2000.0, 2000.0], 1));
-    // Beside the wall, and within it.
+    // A point next to the wall, and one inside it.
     let (p, n) = ([Vec3::new(1.002, 0.0, 0.0), Vec3::ZERO], [Vec3::Y; 2]);
     let sites = Geometry::new(wall, crate::Sites::Points { p: p.into(), n: n.into() });
     let mut q = PointsBuf::default();

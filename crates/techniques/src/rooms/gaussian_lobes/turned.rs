@@ -1,4 +1,4 @@
-//! Anisotropic reflectance: lobes by elevation and azimuth of the view, their means beside the plane of
+//! Anisotropic reflectance: lobes by elevation and azimuth of the view, whose means may lie off the plane of
 //! incidence, each swept along a direction of its own. `turned.wgsl` has the same functions.
 
 use super::GaussianLobes;
@@ -28,19 +28,19 @@ pub(super) struct Lobe {
     pub zonal: [f32; 4],
 }
 
-/// Where a view lies in the tables, and its frame.
+/// Position of a view in the tables, and its frame.
 pub(super) struct Place {
     /// Place in a lobe's part of the tables, and weights of the next column and the next row.
     first: usize,
     part: [f32; 2],
-    /// The direction of wo beside n, n × that, and n.
+    /// The part of wo perpendicular to n, normalised; n × that; and n.
     axes: [[f32; 3]; 3],
     /// Sine and cosine of θ_o.
     polar: [f32; 2],
 }
 
 impl Place {
-    /// Of a view from `wo` on normal and tangent.
+    /// Coordinates and frame of the view `wo` on normal and tangent.
     #[inline(always)]
     pub(super) fn new(v: &Views, n: [f32; 3], t: [f32; 3], wo: [f32; 3]) -> Self {
         let (b, cos_o) = (cross(n, t), dot(n, wo).min(1.0));
@@ -66,7 +66,7 @@ impl Place {
         }
     }
 
-    /// What a table holds here for a lobe.
+    /// Interpolates the values of a table for a lobe.
     #[inline(always)]
     fn at(&self, v: &Views, table: &[[f32; 4]], lobe: usize) -> [f32; 4] {
         let first = lobe * v.count() + self.first;
@@ -103,7 +103,7 @@ impl Place {
     }
 }
 
-/// Cosine and sine of half the angle of which these are.
+/// Cosine and sine of half the angle with this cosine and sine.
 #[inline(always)]
 fn half_angle([c, s]: [f32; 2]) -> [f32; 2] {
     if c >= 0.0 {
@@ -115,7 +115,7 @@ fn half_angle([c, s]: [f32; 2]) -> [f32; 2] {
     }
 }
 
-/// With as many bands of visibility.
+/// Shader with `BANDS` bands of visibility.
 struct Shader<'a, const BANDS: usize> {
     light: &'a Light,
     v: &'a Views,

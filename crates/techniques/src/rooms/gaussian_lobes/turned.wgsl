@@ -1,4 +1,5 @@
-// Where a view lies in the tables, and its frame: the direction of wo beside n, n x that, and n.
+// Coordinates of a view in the tables, and its frame: the part of wo perpendicular to n, normalised; n x
+// that; and n.
 struct Place {
     uv: vec2<f32>,
     x: vec3<f32>,
@@ -20,7 +21,7 @@ fn place_of(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>) -> Place {
     return Place(uv, u.x * t + u.y * b, u.x * b - u.y * t, n, vec2<f32>(sine, cosine));
 }
 
-// Cosine and sine of half the angle of which these are.
+// Cosine and sine of half the angle with this cosine and sine.
 fn half_angle(d: vec2<f32>) -> vec2<f32> {
     if d.x >= 0.0 {
         let c = sqrt(0.5 * (1.0 + d.x));
@@ -30,7 +31,7 @@ fn half_angle(d: vec2<f32>) -> vec2<f32> {
     return vec2<f32>(0.5 * d.y / s, s);
 }
 
-// The lobes, each lookup times what is seen there.
+// The sum over lobes of each lookup times its visibility.
 fn lobes(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, b: Blocked) -> vec3<f32> {
     let at = place_of(n, tangent(n, t), wo);
     var sum = vec3<f32>(0.0);

@@ -1,11 +1,11 @@
-//! What of a fit shading reads for the levels of a chain.
+//! Tables of a fit over the view, for the levels of a chain.
 
 use super::params::MAX_TAPS;
 use crate::Part;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use steradian_brdf::fit::gaussian::MAX_LOBES;
 
-/// What shading reads for a view, by θ_o from 0 to [`LAST`], lobe after lobe; where reflectance is
+/// Values that shading reads for a view, by θ_o from 0 to [`LAST`], lobe after lobe; where reflectance is
 /// anisotropic each row goes once around by the azimuth of the view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Views {
@@ -13,8 +13,8 @@ pub struct Views {
     /// their number; of anisotropic reflectance the mean's angles in the plane of incidence and out of it,
     /// level and number.
     pub means: Vec<[f32; 4]>,
-    /// Of anisotropic reflectance that deviation squared, times cosine and sine of twice the angle from the
-    /// plane to the sweep; 0, 0.
+    /// For anisotropic reflectance the square of that deviation, times cosine and sine of twice the angle
+    /// from the plane to the sweep; 0, 0.
     pub sweeps: Vec<[f32; 4]>,
     /// Columns of a row: 1, or those by the azimuth.
     pub columns: usize,
@@ -81,7 +81,7 @@ impl Part for Views {
         let name = format!("{prefix}.means");
         let (size, means) = table(name.clone())?;
         let [lobes, columns] = size;
-        // Shading looks up as often as the fourth says.
+        // The fourth number of a mean is the number of lookups that shading makes.
         if means.iter().any(|m| !(0.0..=MAX_TAPS as f32).contains(&m[3])) {
             return Err(PartError::Unexpected(name));
         }

@@ -1,15 +1,15 @@
-//! The geometry's factor: what of the light each site does not see (section 3.3 of the paper).
+//! The geometry's factor: the part of the light that each site does not see (section 3.3 of the paper).
 //!
-//! A site keeps what it sees blocked, as coefficients of spherical harmonics over world axes: those of the
+//! A site keeps its blocked directions, as coefficients of spherical harmonics over world axes: those of the
 //! open hemisphere about its normal less those of its visibility v. They are zero, to the bit, where nothing
 //! stands in the way, and stay so between sites, however normals turn there. With o_l the coefficients of the
 //! open hemisphere, ½, ¾, 0, −7/16, … as a series in P_l(n·d), the visibility in direction d is
 //!
 //! > **V(d) = 1 − Σ A_l b_lm y_lm(d) / Σ A_l o_l P_l(n·d)**, cut to 0 … 1
 //!
-//! the share that is seen of what an open site would see in the same few bands. A_l = 1 gives V at the mean
-//! of a lobe (eq. 7); A_l the zonal coefficients of the lobe's Gaussian give the mean of V over the lobe's
-//! part above the horizon. One band is the fraction of the hemisphere that nothing blocks, v_00 √4π/2π (the
+//! the ratio of the site's visibility to an open site's in the same few bands. A_l = 1 gives V at the mean of
+//! a lobe (eq. 7); A_l the zonal coefficients of the lobe's Gaussian give the mean of V over the lobe's part
+//! above the horizon. One band is the fraction of the hemisphere that nothing blocks, v_00 √4π/2π (the
 //! "ambient visibility" of figure 7). Below the horizon, where V is not defined, it is read at the horizon
 //! above; the denominator is ½ there and more elsewhere.
 
@@ -23,15 +23,15 @@ use steradian_base::Task;
 use steradian_sphere::sh;
 use steradian_transfer::Settings;
 
-/// Bands at most.
+/// Most bands.
 pub(super) const MOST: usize = 4;
 /// Bands of the transfer of the diffuse part: those of `prt_diffuse`.
 pub(super) const DIFFUSE: usize = 5;
 
-/// What sites do not see.
+/// Occlusion of the sites.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Blocked {
-    /// Coefficients of what is blocked, bands² a site.
+    /// Coefficients of 1 − V over the hemisphere, bands² a site.
     pub visibility: PerSite,
     /// Coefficients of blocked irradiance, ∫ (1 − V) (n·w)₊ y_lm dw, [`DIFFUSE`]² a site.
     pub irradiance: PerSite,
@@ -55,8 +55,8 @@ impl Blocked {
         for (k, site) in sites.iter().enumerate() {
             let normal = site.n.as_dvec3().normalize_or_zero();
             sh::eval(DIFFUSE - 1, normal, &mut y);
-            // Where nothing is blocked, transfer is the closed form of the open hemisphere, rounded: the same
-            // numbers.
+            // Where nothing is blocked, transfer is the closed form of the open hemisphere, rounded as here:
+            // the difference is exactly 0.
             let less = |open: &[f64], seen: &[f32], i: usize| match site.is_absent() {
                 true => 0.0,
                 false => (open[i.isqrt()] * y[i]) as f32 - seen[i],
@@ -111,8 +111,8 @@ impl Part for Blocked {
     }
 }
 
-/// Coefficients of what is blocked at the points of a block, interpolated; those of bands that are not kept
-/// are 0. Points that lie on no mesh, and sites that are not there, see everything.
+/// Coefficients of 1 − V at the points of a block, interpolated; those of bands that are not stored are 0.
+/// Points off the mesh, and absent sites, see everything.
 #[inline(always)]
 pub(super) fn at<const BANDS: usize>(
     blocked: &PerSite,
@@ -157,7 +157,7 @@ fn sum<const BANDS: usize>(b: &[f32; MOST * MOST], zonal: [f32; 4], [x, y, z]: [
     sum
 }
 
-/// Σ A_l o_l P_l(c): what an open site sees, c = n·d.
+/// Σ A_l o_l P_l(c) of an open site, c = n·d.
 #[inline(always)]
 fn open<const BANDS: usize>(zonal: [f32; 4], c: f32) -> f32 {
     let mut sum = 0.5;
@@ -185,7 +185,8 @@ pub(super) fn ratio<const BANDS: usize>(
         return 1.0 - 2.0 * sum::<BANDS>(b, zonal, d);
     }
     let c = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
-    // At the horizon for what lies below; means of views near the normal are shorter than 1.
+    // Directions below the horizon take the value at the horizon; means of directions near the normal are
+    // shorter than 1.
     let below = c.min(0.0);
     let d: [f32; 3] = std::array::from_fn(|k| d[k] - below * n[k]);
     let scale = 1.0 / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).max(1e-12).sqrt();

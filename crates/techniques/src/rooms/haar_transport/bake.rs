@@ -1,4 +1,4 @@
-//! Parameters, and what is blocked from all sites.
+//! Parameters, and the transport of blocked light from all sites.
 
 use super::HaarTransport;
 use super::light::transform;
@@ -19,13 +19,13 @@ params! {
         pub size: usize = ParamInfo::whole("size", [2.0, 7.0], 6.0, "binary logarithm of the texels a side of a cube face: 6 is 64"),
         /// Wavelets of the light in a frame.
         pub wavelets: usize = ParamInfo::whole("wavelets", [6.0, 98304.0], 200.0, "wavelets of the light that a frame sums, the six scaling functions among them"),
-        /// How they are chosen.
+        /// Measure by which wavelets are chosen, an index of the choices.
         pub choice: usize = ParamInfo::choice("choice", &["transport", "magnitude", "area"], "by what wavelets of the light are chosen: its coefficient times the length of the transport's column, the coefficient alone, or times the wavelet's area"),
-        /// What is left out of each site's transport.
+        /// Part of each site's transport that is left out.
         pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.07, "part of each site's transport vector that is left out: of the geometric mean of the lengths of what is blocked and of the cosine over the texels"),
         /// Scattering events.
         pub bounces: usize = ParamInfo::whole("bounces", [1.0, 64.0], 1.0, "scattering events at surfaces: 1 is direct light alone; what is reflected is smooth, and held in spherical harmonics"),
-        /// Bands of what is reflected.
+        /// Bands of reflected light.
         pub bands: usize = ParamInfo::whole("bands", [1.0, 6.0], 5.0, "bands of spherical harmonics of reflected light"),
     }
 }
@@ -49,8 +49,7 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
     }
     let side = p.side();
     let texels = 6 * side * side;
-    // A few hundred coefficients of 8 bytes a site, of which the rows and the columns are held at the same
-    // time.
+    // A few hundred coefficients of 8 bytes a site; rows and columns are in memory at the same time.
     let need = sites.len() as u64 * 300 * 16 + texels as u64 * 64;
     if need > task.max_memory() {
         return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
@@ -74,8 +73,9 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
                 pyramid.look(&scene.bvh, site.p + site.n * offset, site.n, seed, &mut scratch, &mut all);
             transform(&mut all, side);
             squares.iter_mut().zip(&all).for_each(|(s, x)| *s += f64::from(*x).powi(2));
-            // Shadows far from what throws them are narrow, but under a sun as dark as others: what is left
-            // out falls with what is blocked.
+            // Shadows far from their occluder are narrow, but under a sun as dark as near ones: the error
+            // allowed is relative to the geometric mean of the blocked and of the whole vector's square
+            // length.
             let own: f64 = all.iter().map(|x| f64::from(*x).powi(2)).sum();
             rows.push(Row::of(&all, side, p.precision * p.precision * (own * whole).sqrt()));
         }
@@ -96,7 +96,7 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
     Ok(Transport::new(&rows, normals, norms, side, reflected(g, m, p, task)?))
 }
 
-/// What the mesh reflects to each site.
+/// Vectors of the light that the mesh reflects to each site.
 fn reflected(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Result<PerSite, BakeError> {
     if p.bounces == 1 {
         return Ok(PerSite::default());

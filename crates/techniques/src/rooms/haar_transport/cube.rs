@@ -102,7 +102,7 @@ mod tests {
                     assert_ne!(*n as usize, k);
                     let far = level.centre[k].angle_between(level.centre[*n as usize]);
                     assert!(far < 2.3 / side as f32, "{far}");
-                    // Both know each other.
+                    // Neighbourhood is mutual.
                     assert!(level.neighbours[*n as usize].contains(&(k as u32)));
                 }
             }

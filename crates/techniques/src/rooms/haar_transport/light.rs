@@ -15,18 +15,18 @@ use steradian_sphere::sampling::{R2, cone};
 use steradian_sphere::wavelet::haar_forward;
 use steradian_sphere::{Frame, Layout, SphereImage};
 
-/// Rows of the image that turned light is looked up in, at most.
+/// Most rows of the image in which rotated light is looked up.
 const ROWS: usize = 512;
-/// Lookups a side and texel of turned light.
+/// Lookups a side by which a texel of rotated light is averaged.
 const LOOKUPS: usize = 6;
-/// Points that stand for a disk.
+/// Number of points that sample a disk.
 const POINTS: u32 = 256;
 
 /// Distant light, as it came; it is put on the cube in each frame, turned.
 pub struct Light {
     image: Option<SphereImage>,
     small: Vec<SmallLight>,
-    /// For what surfaces reflect.
+    /// The light in spherical harmonics, which surfaces reflect.
     pub(super) sh: ShLight,
 }
 

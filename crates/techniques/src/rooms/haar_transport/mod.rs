@@ -7,12 +7,12 @@
 //!
 //! with l_j the mean radiance of texel j in W sr⁻¹ m⁻², H the orthonormal Haar transform of each face, so
 //! that sums over texels are sums over wavelets, and E(n) = (1/π) ∫ L (n·w)₊ dw in spherical harmonics. The
-//! paper sums Σ_k T_k L_k, T of V; of few wavelets the sum of what is blocked errs in shadows alone, and few
-//! sites are blocked much. Approximated: light that is blocked is constant over texels, and only the wavelets
-//! of it are summed that matter most in a frame; of what is blocked from each site the largest coefficients
-//! are held, in eight bits; V is what rays find, interpolated between the sites of a triangle. Light that was
-//! reflected between surfaces is smooth and comes from spherical harmonics. f is exact. Refused: any
-//! reflectance but Lambert's, and point lights.
+//! paper sums Σ_k T_k L_k, T of V; with few wavelets, the sum of blocked light has errors in shadows only,
+//! and most sites are hardly blocked. Approximated: blocked light is constant over texels, and only those of
+//! its wavelets are summed that matter most in a frame; of each site's blocked transport the largest
+//! coefficients are kept, in eight bits; V is sampled by rays, and interpolated between the sites of a
+//! triangle. Interreflected light is smooth, and is represented in spherical harmonics. f is exact. Refused:
+//! any reflectance but Lambert's, and point lights.
 
 mod bake;
 mod cube;
@@ -88,7 +88,8 @@ impl Technique for HaarTransport {
         needs: Needs { environment: true, sites: true, uv: false, tangents: false, view: false },
         waived: WAIVED,
     };
-    /// A penumbra of 5° is as wide half a diagonal behind what throws it, so that four edges cross it.
+    /// Half a diagonal behind its occluder, a penumbra of 5° is wide enough that four edges of this length
+    /// cross it.
     const SPACING: f32 = 1.0 / 96.0;
     type Params = Params;
     type Light = Light;

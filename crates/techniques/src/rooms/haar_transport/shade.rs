@@ -17,13 +17,13 @@ use steradian_sphere::image::Filter;
 use steradian_sphere::sh::{self, ShRgb};
 use steradian_sphere::{Layout, SphereImage};
 
-/// What each site sends out in a frame.
+/// Radiance of each site in a frame.
 #[derive(Default)]
 pub struct Frame {
     radiance: Vec<[f32; 3]>,
 }
 
-/// Wavelets of the light: the scaling coefficients, and the others that are chosen.
+/// Wavelets of the light: the scaling coefficients, and the chosen ones.
 pub(super) struct Chosen {
     pub scaling: [[f32; 3]; 6],
     pub others: Vec<(u32, [f32; 3])>,
@@ -33,7 +33,7 @@ pub(super) struct Chosen {
 pub(super) fn choose(light: &[Vec<f32>; 3], t: &Transport, p: &Params) -> Chosen {
     let face = t.side * t.side;
     let of = |k: usize| [light[0][k], light[1][k], light[2][k]];
-    // Wavelets of level s, in [s, 2s) of rows or columns, stand for (side/s)² texels.
+    // A wavelet of level s, in [s, 2s) of rows or columns, covers (side/s)² texels.
     let area = |k: usize| {
         let (i, j) = (k % t.side, k % face / t.side);
         let s = 1usize << i.max(j).max(1).ilog2();
@@ -59,7 +59,7 @@ pub(super) fn choose(light: &[Vec<f32>; 3], t: &Transport, p: &Params) -> Chosen
         all.select_nth_unstable_by(count - 1, order);
     }
     all.truncate(count);
-    // In the order of columns, so that sums have the same bits whatever the order of choice.
+    // Sorted by column, so that the sums' bits do not depend on the order of choice.
     all.sort_unstable_by_key(|(_, k)| *k);
     Chosen {
         scaling: std::array::from_fn(|f| of(f * face)),
@@ -74,8 +74,9 @@ fn unturned(light: &Light, side: usize) -> [Vec<f32>; 3] {
     planes
 }
 
-/// What a frame leaves out of the light, as if coefficients were independent, over the radiance E of the
-/// sites of a white surface: √(Σ_left |L_k|² |B_k|² / Σ E²), over the lengths of the columns.
+/// Estimated relative error of the wavelets of the light that a frame leaves out, as if coefficients were
+/// independent, relative to the radiance E of the sites of a white surface: √(Σ_left |L_k|² |B_k|² / Σ E²),
+/// with |B_k| the lengths of the columns.
 pub(super) fn left_out(light: &Light, t: &Transport, p: &Params) -> f64 {
     if t.side == 0 {
         return 0.0;
@@ -96,8 +97,8 @@ pub(super) fn left_out(light: &Light, t: &Transport, p: &Params) -> f64 {
 /// Rows of the map of [`open`]: bilinear lookups in it err by 1e-4 of a sun's maximum.
 const OPEN_ROWS: usize = 128;
 
-/// What a white surface that sees all of the light would send out, by its normal: (1/π) ∫ L (n·w)₊ dw, up to
-/// band [`sh_light::ORDER`], where under a sun alone 0.6 % of its maximum are missing at the terminator.
+/// Radiance of an unblocked white surface by its normal, (1/π) ∫ L (n·w)₊ dw, up to band [`sh_light::ORDER`],
+/// where under a sun alone 0.6 % of its maximum are missing at the terminator.
 fn open(light: &Light, rotation: Mat3) -> SphereImage {
     let k = Lobe::lambert().coefficients(sh_light::ORDER);
     let turned = light.sh.turned(sh_light::ORDER + 1, rotation, [1.0; 3]);
@@ -109,8 +110,8 @@ fn open(light: &Light, rotation: Mat3) -> SphereImage {
     sh::synthesize(&sh, Layout::LatLong, 2 * OPEN_ROWS, OPEN_ROWS)
 }
 
-/// What white sites send out: as if all were open, less the light that is blocked. The sum of few wavelets
-/// may exceed what there is.
+/// Radiance of white sites: that of unblocked ones less the blocked light, clamped, since the sum of few
+/// wavelets may exceed it.
 fn arriving(open: &SphereImage, t: &Transport, chosen: &Chosen) -> Vec<[f32; 3]> {
     let mut radiance = t.apply(&chosen.scaling, &chosen.others);
     radiance.par_iter_mut().zip(t.normals.par_iter()).for_each(|(l, n)| {

@@ -81,7 +81,7 @@ fn sums_over_wavelets_are_sums_over_texels() {
     }
 }
 
-/// Left out is the part of the length that was asked for, and the largest coefficients stay.
+/// Rows leave out the part of the length that the precision allows, and keep the largest coefficients.
 #[test]
 fn rows_keep_the_largest() {
     let mut all = noise(6 * SIDE * SIDE);
@@ -131,7 +131,7 @@ fn low_sun() -> Lights {
     lights
 }
 
-/// More wavelets are nearer to all of them, and whatever chooses them, 200 are near.
+/// The error falls as wavelets are added, and with 200 of them it is small, by whatever rule they are chosen.
 #[test]
 fn more_wavelets_are_nearer() {
     let (mesh, light) = (ring(), low_sun());
@@ -176,7 +176,7 @@ fn wavelets_win_under_a_sun_and_harmonics_under_a_smooth_sky() {
     assert!(off(&sh(&smooth, 3.0), &soft) < off(&haar(&smooth, 9.0), &soft));
 }
 
-/// A certificate by paths, and light that was reflected: both as in harmonics, where these are enough.
+/// The certificate by paths, and interreflected light: both equal those of harmonics, where these suffice.
 #[test]
 fn reflected_light_is_that_of_harmonics() {
     let (mesh, light) = (ring(), lights::quadratic());

@@ -1,4 +1,4 @@
-//! What is blocked from all sites, as sparse columns, one for each wavelet.
+//! Blocked light of all sites, as sparse columns, one for each wavelet.
 
 use crate::Part;
 use crate::shared::geometry::transport::PerSite;
@@ -6,28 +6,28 @@ use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use steradian_formats::{Tensor, TensorData};
 use steradian_parallel::prelude::*;
 
-/// Sites that an entry can tell apart.
+/// Most sites, so that an entry's 32 bits hold a site's index and a value of 8 bits.
 pub const MOST_SITES: usize = 1 << 24;
 
 /// Transport of light that is blocked, B = H b: a row for each site, a column for each wavelet.
 ///
-/// The scaling coefficient of each face is held in full precision. Of the others a site keeps the largest,
-/// each as a multiple of 1/127 of the largest of its column.
+/// The scaling coefficient of each face is held in full precision. Of all other coefficients a site keeps the
+/// largest, each as a multiple of 1/127 of the largest of its column.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Transport {
     /// Texels a side of a face.
     pub side: usize,
     /// Number of sites.
     pub sites: usize,
-    /// Their unit normals; zero where there is no surface.
+    /// Unit normals of the sites; zero where there is no surface.
     pub normals: Vec<[f32; 3]>,
     /// Scaling coefficients of the six faces, `sites` each.
     pub scaling: Vec<f32>,
-    /// Where the entries of each column begin, and of the last one end.
+    /// Index of the first entry of each column, and of the end of the last one.
     pub starts: Vec<u32>,
-    /// What 1 stands for in each column.
+    /// Value of a step of the 8-bit entries of each column.
     pub steps: Vec<f32>,
-    /// Length of each column over all sites, with what is not held: √Σ b².
+    /// Length of each column over all sites, coefficients that are not kept included: √Σ b².
     pub norms: Vec<f32>,
     /// Entries of the columns, sites ascending: site · 256 + value + 128.
     pub entries: Vec<u32>,
@@ -35,7 +35,7 @@ pub struct Transport {
     pub reflected: PerSite,
 }
 
-/// What is blocked from a site: coefficients that are kept, by number, beside the six of scaling.
+/// Blocked light of a site: the six scaling coefficients, and those coefficients that are kept, by index.
 #[derive(Debug, Clone, Default)]
 pub struct Row {
     pub scaling: [f32; 6],
@@ -48,7 +48,7 @@ impl Row {
     pub fn of(all: &[f32], side: usize, mut left: f64) -> Self {
         let face = side * side;
         let scaling = std::array::from_fn(|f| all[f * face]);
-        // From the smallest on, what fits is left out.
+        // The smallest coefficients are left out, as many as the limit allows.
         let mut others: Vec<(u32, f32)> = (0u32..)
             .zip(all)
             .filter(|(k, x)| !(*k as usize).is_multiple_of(face) && **x != 0.0)
@@ -69,7 +69,7 @@ impl Row {
 }
 
 impl Transport {
-    /// From the rows and normals of all sites.
+    /// Builds the transport from the rows and normals of all sites.
     pub fn new(
         rows: &[Row],
         normals: Vec<[f32; 3]>,
@@ -105,7 +105,7 @@ impl Transport {
     /// Σ_k L_k B_k at every site over wavelets `chosen` (number and light, per channel) and the six scaling
     /// coefficients of `light`.
     pub fn apply(&self, scaling: &[[f32; 3]; 6], chosen: &[(u32, [f32; 3])]) -> Vec<[f32; 3]> {
-        // Sites of a block stay in the cache while columns pass.
+        // Number of sites of a block, whose values stay in the cache while columns are read.
         const BLOCK: usize = 4096;
         let mut out = vec![[0.0f32; 3]; self.sites];
         out.par_chunks_mut(BLOCK).enumerate().for_each(|(b, block)| {

@@ -1,5 +1,5 @@
-//! What a site does not see of each texel of a cube: one ray for each texel of a coarse cube, and finer ones
-//! where neighbours differ.
+//! The blocked part of each texel of a cube, seen from a site: one ray for each texel of a coarse cube, and
+//! finer ones where neighbours differ.
 
 use super::cube::{Level, parent};
 use glam::Vec3;
@@ -48,9 +48,9 @@ impl Pyramid {
         &self.levels[self.levels.len() - 1].0
     }
 
-    /// (1/π) ∫ (1 − V) (n·w)₊ dw over each texel of the finest cube, for rays from `origin`; the same for one
-    /// seed. Returns Σ ((1/π) ∫ (n·w)₊ dw)², the square of what the vector's length would be if all were
-    /// blocked.
+    /// (1/π) ∫ (1 − V) (n·w)₊ dw over each texel of the finest cube, for rays from `origin`; deterministic
+    /// for a given seed. Returns Σ ((1/π) ∫ (n·w)₊ dw)², the squared length that the vector would have if all
+    /// were blocked.
     pub fn look(
         &self,
         bvh: &Bvh,
@@ -75,7 +75,7 @@ impl Pyramid {
                 let before = &self.levels[k - 1].0;
                 let differs =
                     |c: usize| before.neighbours[c].iter().any(|b| coarse[*b as usize] != coarse[c]);
-                // Only texels above the horizon count, and what is below is open.
+                // Texels below the horizon do not count, and are left open.
                 let refined: Vec<bool> = (0..coarse.len())
                     .map(|c| before.centre[c].dot(n) > -self::reach(before.side) && differs(c))
                     .collect();
@@ -135,7 +135,7 @@ impl Pyramid {
     }
 }
 
-/// How far from a texel's centre its cosines reach: about half its side.
+/// Distance, about half a texel's side, over which the cosine varies around a texel's centre.
 fn reach(side: usize) -> f32 {
     1.0 / side as f32
 }
@@ -161,8 +161,8 @@ mod tests {
         out.iter().map(|x| f64::from(*x)).sum()
     }
 
-    /// Above a plane, beside a wall of infinite height: form factor 1/2; under a ball that is seen under the
-    /// angle θ: sin²θ.
+    /// On a plane at the foot of a wall of infinite height the form factor is 1/2; under a ball of angular
+    /// radius θ it is sin²θ.
     #[test]
     fn walls_and_disks_block_their_form_factors() {
         let pyramid = Pyramid::new(64);

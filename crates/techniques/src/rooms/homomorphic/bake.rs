@@ -9,7 +9,7 @@ use crate::{BakeError, Material};
 use steradian_base::{ParamInfo, Task, params};
 use steradian_numerics::lsqr::Rgb;
 
-/// Entries a side where the user says nothing.
+/// Default number of entries a side.
 const SIDE: usize = 64;
 
 params! {
@@ -28,9 +28,9 @@ params! {
 /// The maps of P and Q.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tables {
-    /// Of v and l.
+    /// Map of P, over v and l.
     pub sides: Map,
-    /// Of h.
+    /// Map of Q, over h.
     pub halves: Map,
     /// P.
     pub side: GridStack,
@@ -38,9 +38,9 @@ pub struct Tables {
     pub half: GridStack,
     /// f where P and Q and the closed form are 0.
     pub scale: [f32; 3],
-    /// The power of 1/(n·v) and 1/(n·l) beside P.
+    /// The power of 1/(n·v) and 1/(n·l) that multiplies the tables.
     pub grazing: f32,
-    /// What the half vector's components across the normal are multiplied with before Q is looked up.
+    /// Factors of the half vector's tangential components before Q is looked up.
     pub stretch: [f32; 2],
     /// Relative RMS error of f · ⟨n·wi⟩ at the samples.
     pub residual: f64,
@@ -48,7 +48,7 @@ pub struct Tables {
     pub steps: usize,
 }
 
-/// Largest and smallest logarithm of a map: where no sample is, smoothness alone decides.
+/// Range to which logarithms in maps are clamped: where there is no sample, smoothness alone decides them.
 const MOST: f64 = 40.0;
 const LEAST: f64 = -200.0;
 

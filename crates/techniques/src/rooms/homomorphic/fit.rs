@@ -11,35 +11,38 @@ use steradian_numerics::lsqr::{Rgb, Sparse};
 use steradian_numerics::products::Problem;
 use steradian_parallel::prelude::*;
 
-/// Reflectance below this share of its mean counts as this.
+/// Reflectance below this share of its mean is clamped to it, so that its logarithm is finite.
 const FLOOR: f64 = 1e-12;
-/// Below this share of the mean it weighs as this: weights over many powers of ten would take the solver too
-/// many steps.
+/// Reflectance below this share of the mean gets the weight of that share: weights over many powers of ten
+/// would take the solver too many steps.
 const DIM: f64 = 1e-2;
-/// Light and view are at least this high: some models have no bound below.
+/// Least n·l and n·v of samples: some models have no bound below.
 const LOWEST: f64 = 1e-4;
-/// Where one of them is lower than this, as a cosine with the normal, the error counts less in proportion:
-/// the forms of Ward's model and others would have nothing but grazing pairs count.
+/// Where n·l or n·v is lower than this, the error is weighted down in proportion: with forms such as Ward's,
+/// whose f grows there, only grazing pairs would count otherwise.
 const LOW: f64 = 0.02;
-/// A sample's weight at most, over the root mean square of all.
+/// Largest weight of a sample, relative to the root mean square of all.
 const HEAVIEST: f64 = 5.0;
-/// Weight of smoothness, as a share of what the samples of an unknown weigh: the squared relative error at
-/// the samples that a first solution has with the least of it, within these bounds. What is a product is
-/// found; where f is none the unknowns are noisy, and smoothness keeps them from running away between
-/// samples.
+/// Range of the weight of smoothness, relative to the weight of the samples at an unknown. A first solution
+/// has the least weight; its squared relative error at the samples, clamped to this range, is the weight of
+/// the second. A reflectance of the product form is thus fitted exactly; of any other the unknowns are noisy,
+/// and smoothness keeps them bounded between samples.
 const SMOOTH: [f64; 2] = [1e-5, 1e-1];
-/// Its share of the largest of these where there are no samples.
+/// Weight of smoothness at unknowns without samples, relative to the largest weight of samples at any
+/// unknown.
 const NOWHERE: f64 = 1e-12;
-/// Unknowns up to which normal equations are solved.
+/// Up to this number of unknowns normal equations are solved directly.
 const DENSE: usize = 1400;
-/// Steps of each solution, and where it stops earlier, of more of them.
+/// Most steps of each iterative solution, and the accuracy at which it stops earlier, of larger problems.
 const STEPS: usize = 150;
 const ACCURACY: f64 = 1e-7;
-/// Solutions after the first, and the share of the cost that ends them.
+/// Most refining solutions after the first; they end when a solution's cost is more than this share of the
+/// last.
 const REFINEMENTS: usize = 4;
 const ENOUGH: f64 = 0.99;
 
-/// The unknowns: P at the nodes of one map, then Q at those of the other, stretched.
+/// Order of the unknowns: P at the nodes of `sides`, then Q at the nodes of `halves`, over stretched half
+/// vectors.
 pub struct Layout {
     pub sides: Map,
     pub halves: Map,
@@ -74,7 +77,7 @@ impl Layout {
         self.first_half() + columns(&self.halves) * self.halves.height
     }
 
-    /// What a lookup reads.
+    /// Appends the entries and weights of a lookup of direction `w`.
     fn taps(&self, map: &Map, start: usize, w: DVec3, out: &mut Vec<(u32, f32)>) {
         let [u, v] = map.place(w.as_vec3().to_array());
         let cell = |u: f32, count: usize| {
@@ -127,9 +130,10 @@ fn columns(map: &Map) -> usize {
 #[derive(Default)]
 pub struct Samples {
     pub at: Vec<[DVec3; 2]>,
-    /// f without the power that it has at the horizon, f ((n·l)(n·v))^grazing.
+    /// f ((n·l)(n·v))^grazing, in which the power that f has at the horizon is cancelled.
     pub f: Vec<Rgb>,
-    /// (n·l) √(dω_l dω_v) over the density of samples, less at the horizon, over what f is without.
+    /// Weight: (n·l) √(dω_l dω_v) over the density of samples, reduced at the horizon, and divided by the
+    /// factor that `f` was multiplied with.
     pub share: Vec<f64>,
 }
 
@@ -145,7 +149,7 @@ fn by_pole(z: f64) -> f64 {
     sine * 4.0 * t.sqrt() / (1.0 + t * t)
 }
 
-/// The same of rows that are dense at the horizon.
+/// dω/(2π du) of rows that are dense at the horizon.
 fn by_horizon(z: f64) -> f64 {
     let across = (1.0 - z * z).max(0.0).sqrt();
     let t = z / (1.0 + across);
@@ -153,10 +157,10 @@ fn by_horizon(z: f64) -> f64 {
 }
 
 impl Samples {
-    /// About `count` pairs. Half of them have half vectors as the rows of Q lie, and the light about them
-    /// dense at their horizon; the others have light and view as the rows of P lie, so that each unknown has
-    /// its samples. All weigh by the density of both kinds together (Veach & Guibas 1995, the balance
-    /// heuristic).
+    /// About `count` pairs. Half of them have half vectors spread as the rows of Q, with the light about them
+    /// dense at the horizon; in the other half light and view are spread as the rows of P, so that each
+    /// unknown has samples. All are weighted by the density of both kinds together (Veach & Guibas 1995, the
+    /// balance heuristic).
     pub fn new(
         brdf: &dyn Brdf,
         count: usize,
@@ -230,7 +234,7 @@ impl Samples {
     }
 }
 
-/// What the fit found.
+/// Result of the fit.
 pub struct Fit {
     /// Logarithms of the factors.
     pub x: Vec<Rgb>,
@@ -299,8 +303,8 @@ fn rows(layout: &Layout, samples: &Samples) -> Sparse {
     Sparse::new(layout.count(), ends, entries)
 }
 
-/// What the samples of each row's unknown weigh, in the order of the rows of smoothness, and the largest of
-/// that.
+/// Weight of the samples at the middle unknown of each row of smoothness, in the order of these rows; and the
+/// largest weight at any unknown.
 fn middles(layout: &Layout, p: &Problem) -> (Vec<Rgb>, Rgb) {
     let weights = p.weights(|k| p.floored(k));
     let own = p.a.column_norms(&weights);
@@ -339,7 +343,8 @@ pub fn fit(layout: &Layout, samples: &Samples, power: f64, task: &Task) -> Resul
     }
     let start = layout.first_half();
     for c in 0..3 {
-        // A factor moved from one map to the other changes nothing: the largest P is 0.
+        // A constant factor may move from one map to the other without effect: it is chosen so that the
+        // largest P is 0.
         let most = now.x[..start].iter().fold(f64::NEG_INFINITY, |m, x| m.max(x[c]));
         now.x[..start].iter_mut().for_each(|x| x[c] -= most);
         now.x[start..].iter_mut().for_each(|x| x[c] += 2.0 * most);

@@ -1,33 +1,38 @@
-//! What is known of the factors before they are fitted: how p grows at the horizon, and how wide q is.
+//! Closed forms of the factors, found before they are fitted: the growth of p at the horizon, and the width
+//! of q.
 
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_brdf::Brdf;
 
-/// The closed forms beside the tables: p(w) = (n·w)^−grazing e^P(w), and Q as a function of the half vector
-/// stretched.
+/// Closed forms that multiply or stretch the tables: p(w) = (n·w)^−grazing e^P(w), and Q as a function of the
+/// stretched half vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Form {
-    /// The power of 1/(n·v) and 1/(n·l) that f has at the horizon, where no table follows.
+    /// The power of 1/(n·v) and 1/(n·l) with which f grows at the horizon, where a table could not represent
+    /// it.
     pub grazing: f64,
     /// Tangents of the angles at which the highlight has about 1/e of its height, along tangent and
-    /// bitangent: the half vector's slopes count in units of these.
+    /// bitangent: units of the half vector's slopes.
     pub widths: [f64; 2],
 }
 
-/// Cosines with the normal between which powers are measured, and of the view that stays where it is.
+/// Cosines with the normal between which the power is measured, and the view's cosine where only the light's
+/// varies.
 const GRAZING: [f64; 2] = [1e-4, 4e-4];
 const STILL: f64 = 1e-2;
-/// Powers up to this are none, and no power is larger than the other.
+/// Powers smaller than the first count as 0; the second is the largest allowed.
 const NONE: f64 = 1e-2;
 const MOST: f64 = 2.0;
-/// Powers that differ by more are those of a reflectance that is no such product.
+/// If the power found with both directions grazing differs from twice that of one by more, f is no such
+/// product.
 const ALIKE: f64 = 0.1;
-/// Azimuths that are looked at.
+/// Number of azimuths at which the power is measured.
 const AZIMUTHS: usize = 8;
-/// Narrower than this the tails, which are as wide as ever, would have too few rows.
+/// Least width: with a narrower one, the tails of the highlight, which are wide in any case, would have too
+/// few rows.
 const NARROWEST: f64 = 0.05;
-/// The half width of a Gaussian of slopes times this is its width.
+/// Ratio of a Gaussian's width to its half width at half height, both in slopes.
 const OVER_HALF: f64 = 1.2;
 
 fn sum(f: [f64; 3]) -> f64 {
@@ -35,7 +40,8 @@ fn sum(f: [f64; 3]) -> f64 {
 }
 
 impl Form {
-    /// By trial.
+    /// Measures the form on values of the reflectance; where `isotropic`, both widths are that along the
+    /// tangent.
     pub fn of(brdf: &dyn Brdf, isotropic: bool) -> Self {
         let grazing = grazing(brdf);
         let mut widths = [0.0, 0.5 * PI].map(|phi| width(brdf, phi, grazing));
@@ -82,8 +88,9 @@ fn grazing(brdf: &dyn Brdf) -> f64 {
     if power.abs() < NONE { 0.0 } else { power.clamp(-MOST, MOST) }
 }
 
-/// The tangent of the angle of h at which f without its power at the horizon, seen from where the light is,
-/// has lost half of what it loses down to 60°, as a width; 1 where it loses nothing.
+/// Width of the highlight: the tangent of the angle of h at which f, freed of its power at the horizon and
+/// seen from the light, has fallen half as far as it falls to 60°, converted from half width to width; 1
+/// where it does not fall.
 fn width(brdf: &dyn Brdf, phi: f64, grazing: f64) -> f64 {
     let at = |t: f64| {
         let h = DVec3::new(t * phi.cos(), t * phi.sin(), 1.0).normalize();

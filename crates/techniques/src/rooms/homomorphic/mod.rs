@@ -14,8 +14,8 @@
 //! (n·v)^−½) and Dür's (p = (n·v)^−1), anisotropic ones too. GGX's height-correlated masking is no product,
 //! and F with f0 < 1 depends on h·l, which no factor has.
 //!
-//! Beside the tables stand two closed forms, both found by trial: the power of n·v with which p grows at the
-//! horizon, and the widths of the highlight, in units of which Q's map has the slopes of h.
+//! The tables are combined with two closed forms, both found by trial: the power of n·v with which p grows at
+//! the horizon, and the widths of the highlight, in units of which Q's map has the slopes of h.
 //!
 //! Approximated: the form; both logarithms bilinear between entries. V is 1 or a shadow's. Units: f in sr⁻¹,
 //! radiance in W sr⁻¹ m⁻². Refused: reflectance that takes light from behind.

@@ -21,10 +21,10 @@ fn error(spec: &str, t: &super::Tables) -> f64 {
     local::error(&*brdf, &|wi, wo| brdf.f_cos(wi, wo), |wi, wo| shade::f_cos(t, wi, wo))
 }
 
-/// Pairs of which light, view and half vector lie on entries: no lookup interpolates.
+/// Pairs whose light, view and half vector lie on entries: no lookup interpolates.
 fn on_entries(brdf: &dyn Brdf, layout: &Layout) -> Samples {
     let mut out = Samples { at: Vec::new(), f: Vec::new(), share: Vec::new() };
-    // Not on the horizon, where nodes stand for what is above it.
+    // Without nodes on the horizon, whose values are those of directions above it.
     let side: Vec<DVec3> = (1..layout.sides.height).map(|k| layout.sides.direction(k)).collect();
     for (v, l) in side.iter().enumerate().flat_map(|(i, v)| side[i..].iter().map(move |l| (v, l))) {
         // Up to 60°, where distributions are numbers.
@@ -49,7 +49,7 @@ fn on_entries(brdf: &dyn Brdf, layout: &Layout) -> Samples {
     out
 }
 
-/// The RMS error of the logarithm where nothing is interpolated: what the form itself costs.
+/// The RMS error of the logarithm where nothing is interpolated: the error of the form itself.
 fn form_error(spec: &str) -> f64 {
     let brdf = parse(spec).expect(spec);
     let layout = Layout::new(Symmetry::of(&*brdf), 12, Form::of(&*brdf, true));
@@ -100,7 +100,7 @@ fn products_are_found_to_rounding() {
 fn exact_forms_are_exact_up_to_interpolation() {
     for (spec, within) in [
         ("cook-torrance:m=0.3,f0=1,g=smith", 1e-3),
-        // Down to the horizon, where these have no bound.
+        // Models unbounded at the horizon, down to it.
         ("ward:alpha=0.3,variant=1992", 1e-3),
         ("ward:ax=0.15,ay=0.4,variant=1992", 1e-3),
         ("ward:ax=0.2,ay=0.4,variant=duer", 1e-3),
@@ -131,7 +131,7 @@ fn the_product_is_reciprocal_to_the_bit() {
     }
 }
 
-/// Weights decide what is minimised: with 1 the error of f (n·l), with 0 that of its logarithm.
+/// The weights' power decides what is minimised: with 1 the error of f (n·l), with 0 that of its logarithm.
 #[test]
 fn weights_decide_what_is_minimised() {
     let spec = "dielectric:alpha=0.2,albedo=0.5";
@@ -143,7 +143,7 @@ fn weights_decide_what_is_minimised() {
     assert!(of(1.0) < 0.9 * of(0.0), "{} {}", of(1.0), of(0.0));
 }
 
-/// Of what is no product the fit is an approximation, as good between its samples as at them.
+/// A reflectance that is no product is approximated, as well between the fit's samples as at them.
 #[test]
 fn what_is_no_product_is_approximated() {
     for (spec, within) in [
@@ -159,7 +159,7 @@ fn what_is_no_product_is_approximated() {
     }
 }
 
-/// Powers at the horizon and widths are those of the formulas; what is no product has no power.
+/// Powers at the horizon and widths are those of the formulas; a reflectance that is no product gets power 0.
 #[test]
 fn closed_forms_are_found() {
     for (spec, power, widths) in [
@@ -182,7 +182,7 @@ fn closed_forms_are_found() {
     }
 }
 
-/// What one map gains the other loses: of all such solutions P is the one whose largest entry is 1.
+/// Of all solutions that differ by a constant factor between the maps, the one is kept whose largest p is 1.
 #[test]
 fn factors_stay_within_range() {
     for spec in ["ggx:alpha=0.05", "ward:ax=0.15,ay=0.4,variant=1992"] {

@@ -21,12 +21,13 @@ params! {
     /// The parameters.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
-        /// What stands for n·wi: 0 the lobe's axis, 1 the mirror direction, 2 the mean.
+        /// Approximation of n·wi outside the integral: 0 at the lobe's axis, 1 at the mirror direction, 2 the
+        /// mean.
         pub cosine: usize = ParamInfo::choice("cosine", &["axis", "mirror-direction", "mean"], "what stands for n·wi: n·r̂ at the lobe's axis, n·r of the mirror direction (eq. 39), or its mean over the lobe").numbered(0.0).preset("mean"),
         /// Maps of the stack; one for each exponent where `None`, or as many as keep the error between them
         /// small.
         pub exponents: Option<usize> = ParamInfo::whole("exponents", [1.0, 64.0], 0.0, "maps of the stack, their exponents spaced geometrically over the lobes'; auto: one for each exponent, or where these vary by texel as many as bring the error between them to half the tolerance or 1 %, 33 at most").auto(0.0),
-        /// Intervals per cube edge; what the tolerance needs where `None`.
+        /// Intervals per cube edge; where `None`, as many as the tolerance needs.
         pub size: Option<usize> = ParamInfo::whole("size", [1.0, 1024.0], 0.0, "intervals per cube edge of each map; auto: what the tolerance needs, at most 256").auto(0.0).unit("texels"),
         /// Albedo of the diffuse part by texel.
         pub rho_d: Option<FileName> = ParamInfo::file("rho_d", "image of the diffuse albedo; auto: that of the reflectance").auto(f64::NAN),
@@ -46,7 +47,7 @@ params! {
 }
 
 impl Params {
-    /// Refuses a material without what these parameters name.
+    /// Refuses a material that lacks an image which these parameters name.
     pub(super) fn check_read(&self, m: &Material) -> Result<(), BakeError> {
         let named = [&self.rho_d, &self.rho_1, &self.c_1, &self.n_1, &self.rho_2, &self.c_2, &self.n_2];
         let missing = PLANES.iter().zip(named).find(|(p, file)| file.is_some() && !m.textures.has(p.name));
@@ -61,18 +62,18 @@ impl Params {
 const TOLERANCE: f64 = 5e-3;
 /// Intervals per cube edge where the user gives none.
 const LARGEST: usize = 256;
-/// Maps at most where exponents vary by texel and nobody asks for more.
+/// Most maps where exponents vary by texel and the user gives no number.
 const MOST_MAPS: usize = 33;
-/// Relative RMS error between maps that their number is chosen for where the user gives no tolerance.
+/// Target relative RMS error between maps, by which their number is chosen where the user gives no tolerance.
 const BETWEEN: f64 = 0.01;
-/// Logarithms ln(n + 1) no farther than this from each other are one.
+/// Exponents whose ln(n + 1) differ by less than this share a map.
 const NEAR: f64 = 1e-4;
 /// Columns of the table of cosines, over n·r̂ from −1 to 1.
 pub const COLUMNS: usize = 257;
 /// Numbers of a term: C, n, level, k 2π/(n + 1).
 pub const STRIDE: usize = 8;
 
-/// What shading reads.
+/// Data that shading reads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LafortuneMaps {
     /// ∫ (n+1)/2π (r·wi)₊^n L, from the largest exponent to the smallest.
@@ -83,15 +84,15 @@ pub struct LafortuneMaps {
     pub terms: Vec<[f32; STRIDE]>,
     /// The cosine's mean over the lobe of each map, [`COLUMNS`] a row; at least two rows.
     pub means: Vec<f32>,
-    /// ρ_d/π, and what stands for n·wi.
+    /// ρ_d/π, and the number of the approximation of n·wi.
     pub factors: [f32; 4],
     /// For exponents by texel: ln(n + 1) of the first map, and maps for a step of 1 in it; 0, 0 else.
     pub ladder: [f32; 4],
 }
 
 /// The exponents that lobes by texel have at the texels of all levels and at the corners between them, where
-/// lobes of different axes mix and are wider: their logarithms ln(n + 1) in steps of [`NEAR`], the least and
-/// the largest of them as they are.
+/// lobes of different axes mix and are wider: their logarithms ln(n + 1) in steps of [`NEAR`], except for the
+/// least and the largest, which are exact.
 struct Varied {
     steps: BTreeSet<i64>,
     least: f64,
@@ -137,7 +138,7 @@ impl Varied {
         (0..count).map(|k| (self.most + step * k as f64).exp() - 1.0).collect()
     }
 
-    /// Does every exponent have a map of its own among `count`?
+    /// Would each exponent have a map of its own in a stack of `count`?
     fn are_maps(&self, count: usize) -> bool {
         let step = (self.most - self.least) / (count - 1).max(1) as f64;
         self.steps.len() <= 3 * count
@@ -175,8 +176,8 @@ impl Varied {
     }
 }
 
-/// What a mix of two neighbours half-way between their exponents errs by, relative RMS over directions, at
-/// most: from the light's energy by band and the kernels' coefficients.
+/// Largest relative RMS error, over directions, of the mean of two neighbouring maps in place of the map of
+/// the exponent half way between, from the light's energy by band and the kernels' coefficients.
 fn between(stack: &[f64], source: &Source) -> f64 {
     let coefficients = |n: f64| Lobe::phong(n).coefficients(source.order());
     let pairs: Vec<[f64; 2]> = stack.windows(2).map(|w| [w[0], w[1]]).collect();
@@ -208,7 +209,7 @@ fn exponents(terms: &[Term], count: usize) -> Vec<f64> {
     (0..count.max(2)).map(|k| (most + 1.0) * (step * k as f64).exp() - 1.0).collect()
 }
 
-/// Where exponent `n` lies in the stack; the maps between are mixed linearly in ln(n + 1).
+/// Position of exponent `n` in the stack; the maps between are mixed linearly in ln(n + 1).
 fn level(stack: &[f64], n: f64) -> f64 {
     let b = stack.partition_point(|s| *s > n);
     if b == 0 || b == stack.len() {
@@ -220,7 +221,7 @@ fn level(stack: &[f64], n: f64) -> f64 {
 
 /// ∫ (r̂·wi)₊^n ⟨n·wi⟩₊ dwi / ∫ (r̂·wi)₊^n dwi where n·r̂ = `cosine`.
 ///
-/// With u = cos^{n+1} ψ uniform in 0 … 1, what is left is the mean of ⟨a + b cos φ⟩₊ over φ, a = cos γ cos ψ,
+/// With u = cos^{n+1} ψ uniform in 0 … 1, the inner mean is that of ⟨a + b cos φ⟩₊ over φ, a = cos γ cos ψ,
 /// b = sin γ sin ψ: a where a ≥ b, 0 where a ≤ −b, else (a φ₀ + b sin φ₀)/π with cos φ₀ = −a/b.
 pub(super) fn mean_cosine(n: f64, cosine: f64) -> f64 {
     let (nodes, weights) = gauss_legendre(48);

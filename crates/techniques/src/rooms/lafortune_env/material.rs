@@ -14,14 +14,14 @@ use steradian_scene::surface::Planes;
 
 /// Most terms (lobes times different channels) that shading sums.
 const MOST: usize = 64;
-/// Texels that certificates look at.
+/// Number of texels that certificates use.
 const LOOKED_AT: usize = 64;
 
 /// Generalised cosine lobes and a diffuse part.
 pub struct Cosines {
-    /// The reflectance: what no image says.
+    /// The reflectance, for parameters without an image.
     pub own: Lafortune,
-    /// The lobes by texel, where images say some of their numbers.
+    /// The lobes by texel, where images give some of their parameters.
     pub varied: Option<CosineLobes>,
     /// The images.
     planes: Planes,
@@ -81,7 +81,7 @@ impl Cosines {
         Some((0..LOOKED_AT).map(at).collect())
     }
 
-    /// What shading sums where nothing varies.
+    /// The terms that shading sums where nothing varies over the surface.
     pub fn terms(&self) -> Vec<Term> {
         let mut all: Vec<Term> = Vec::new();
         for lobe in &self.own.lobes {

@@ -1,5 +1,5 @@
-//! Irradiance, and per term one lookup in the stack; `shade.wgsl` has the same functions, `texels.wgsl`
-//! those of lobes by texel.
+//! Irradiance, and per term one lookup in the stack; `shade.wgsl` has the same functions, `texels.wgsl` those
+//! of lobes that vary by texel.
 
 use super::bake::{COLUMNS, LafortuneMaps, STRIDE};
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
@@ -10,7 +10,7 @@ use crate::shared::tables::{cube_table, texel_bytes};
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::TAU;
 
-/// Relative difference below which numbers of a lobe are one.
+/// Relative difference below which parameters of two channels count as equal.
 const ALIKE: f32 = 1e-5;
 
 /// The cosine's mean over the lobe of `level` at n·r̂ = `cosine`, bilinear.
@@ -37,7 +37,8 @@ fn foreshortening(m: &LafortuneMaps, cosine: f32, cos_o: f32, level: f32) -> f32
     }
 }
 
-/// What the light of a lobe about `c` times `k` is, of a point with these axes.
+/// Radiance of a lobe: `k` times the filtered light about `c`, at a point with these axes; `c` need not be
+/// unit.
 #[inline(always)]
 fn lit(
     m: &LafortuneMaps,
@@ -78,7 +79,7 @@ fn radiance(m: &LafortuneMaps, turn: &LightRotation, n: [f32; 3], t: [f32; 3], w
     sum
 }
 
-/// Do the channels of a lobe have one axis and one exponent? Up to what single precision makes of one.
+/// Do the channels of a lobe have one axis and one exponent, up to single-precision rounding?
 #[inline(always)]
 fn alike(lobe: &Lobe) -> bool {
     let size = ALIKE * (lobe.c[0][0].abs() + lobe.c[1][0].abs() + lobe.c[2][0].abs());

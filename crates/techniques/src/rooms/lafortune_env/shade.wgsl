@@ -9,7 +9,7 @@ fn foreshortening(cosine: f32, cos_o: f32, level: f32) -> f32 {
     return fetch_cosines(vec2<f32>(0.5 + 0.5 * cosine, level / technique.counts.y)).x;
 }
 
-// What the light of a lobe about c times k is, of a point with these axes.
+// Radiance of a lobe: k times the filtered light about c, at a point with these axes; c need not be unit.
 fn lobe_lit(axes: mat3x3<f32>, c: vec3<f32>, exponent: f32, level: f32, cos_o: f32, k: vec3<f32>) -> vec3<f32> {
     let length = sqrt(dot(c, c));
     if !(length > 0.0) {

@@ -38,7 +38,7 @@ fn shade(b: &dyn AnyBake) -> Vec<[f64; 3]> {
     }
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
     b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
-    // Without tangents the stated ones are taken: the same here.
+    // Without tangents the conventional ones are used, which are the same here.
     let mut bare: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
     b.shade(&Points { t: [&[]; 3], ..q.as_points() }, &mut Radiance::of(&mut bare));
     let largest = rgb.iter().flatten().fold(0.0f32, |m, v| m.max(v.abs()));
@@ -136,7 +136,7 @@ fn the_cosines_part_of_the_error_falls_like_one_over_n() {
     }
 }
 
-/// A ladder of exponents serves what lies between its maps.
+/// Interpolation in a ladder of exponents is close to maps of the exponents themselves.
 #[test]
 fn a_ladder_of_exponents_is_close_to_their_own_maps() {
     let light = lights::smooth();
@@ -207,7 +207,7 @@ fn figure(b: &dyn AnyBake, name: &str) -> f64 {
     b.certificate().details.iter().find(|d| d.0 == name).unwrap_or_else(|| panic!("no {name}")).1
 }
 
-/// Images that are the same everywhere are the reflectance of these numbers, up to single precision.
+/// Constant images give the reflectance with the same parameters, up to single precision.
 #[test]
 fn images_alike_are_one_reflectance() {
     let light = lights::studio();
@@ -225,7 +225,7 @@ fn images_alike_are_one_reflectance() {
     assert_eq!((figure(&*b, "maps"), figure(&*b, "error between maps")), (1.0, 0.0));
     let [one, other] = [&b, &plain].map(|b| b.certificate().error);
     assert!((one / other - 1.0).abs() < 0.15, "{one} {other}");
-    // Of two lobes each has a map of its own: nothing is mixed.
+    // With two exponents each has a map of its own: nothing is mixed.
     let two = planes.with("rho_2", constant([0.3; 3])).with("n_2", constant([5.0; 3]));
     let b = varied(&light, two, &[("size", 32.0)]);
     assert_eq!((figure(&*b, "maps"), figure(&*b, "error between maps")), (2.0, 0.0));
@@ -268,8 +268,8 @@ fn spec_at(planes: &Planes, i: usize, j: usize, lobe: usize) -> String {
     format!("lafortune:cx={x},cy={y},cz={z},n={n},ks={r}/{g}/{b},kd={}/{}/{}", kd[0], kd[1], kd[2])
 }
 
-/// Two lobes by texel against the integral with each texel's own numbers: no more than what the certificate
-/// states, which it looked at other texels for.
+/// Two lobes by texel against the integral with each texel's own parameters: the error is within what the
+/// certificate states, which was measured at other texels.
 #[test]
 fn varying_lobes_err_by_what_is_stated() {
     let planes = specimens::planes(&PLANES);
@@ -313,7 +313,7 @@ fn varying_lobes_err_by_what_is_stated() {
     }
 }
 
-/// Mixing the maps of two exponents errs by a quarter where they are half as far apart.
+/// The error of mixing the maps of two exponents is a quarter where they are half as far apart.
 #[test]
 fn maps_between_exponents_err_by_the_square_of_their_distance() {
     let light = lights::studio();
@@ -327,7 +327,7 @@ fn maps_between_exponents_err_by_the_square_of_their_distance() {
     assert!(errors[0] > 2.0 * errors[1] && errors[1] > 3.0 * errors[2], "{errors:?}");
     let auto = varied(&light, planes.clone(), &[("size", 24.0)]);
     assert!(figure(&*auto, "error between maps") <= 0.01);
-    // What is measured of a texel between two maps is no more than what is stated of the mix.
+    // The error measured at a texel between two maps is within what is stated of the mix.
     let at = |b: &dyn AnyBake, uv: [f32; 2]| {
         let mut q = PointsBuf::default();
         for k in 0..POINTS {
@@ -350,8 +350,7 @@ fn maps_between_exponents_err_by_the_square_of_their_distance() {
     }
 }
 
-/// What is saved with its images is loaded to the same bits; damaged images and ones that were not read are
-/// refused.
+/// A bake with its images loads to the same bits; damaged images, and ones that were not read, are refused.
 #[test]
 fn images_are_kept_in_the_bake() {
     let light = lights::smooth();

@@ -1,4 +1,4 @@
-// Do the channels of a lobe have one axis and one exponent? Up to what single precision makes of one.
+// Do the channels of a lobe have one axis and one exponent, up to single-precision rounding?
 fn lobe_alike(lobe: CosineLobe) -> bool {
     let size = vec3<f32>(1e-5 * (abs(lobe.x.x) + abs(lobe.y.x) + abs(lobe.z.x)));
     return all(abs(lobe.n - lobe.n.xxx) <= 1e-5 * lobe.n.xxx)

@@ -12,7 +12,7 @@
 //! of max|C| = 1: the length of C is the root of the mean of |C|², its direction that of the mean, and what
 //! the directions scatter, 1 − |E\[C\]|²/E\[|C|²\], half of it each way, adds to 1/n, with ρ scaled so that
 //! the lobe keeps its integral. Units: f in sr⁻¹, radiance in W sr⁻¹ m⁻². Refused: other reflectances than
-//! `lafortune` and `lambert`, which say what no file says, and more than four lobes.
+//! `lafortune` and `lambert`, whose parameters apply where no file gives them, and more than four lobes.
 
 mod bake;
 mod shade;

@@ -1,4 +1,4 @@
-//! The equation with what a footprint holds; `shade.wgsl` has the same functions.
+//! The equation with the averages over a footprint; `shade.wgsl` has the same functions.
 
 use crate::gpu::{Uniform, Value};
 use crate::local::LocalText;
@@ -23,7 +23,7 @@ pub(super) fn f_cos(t: &CosineLobes, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [
 
 pub(super) fn text(t: &CosineLobes) -> LocalText {
     LocalText {
-        // Under names of its own: another technique for the other light may have the same lobes.
+        // Names are prefixed: a technique for environments in the same shader may contain the same lobes.
         module: (scoped("local", WGSL) + include_str!("shade.wgsl")).into(),
         tables: vec![t.texels.table("local_lobes")],
         uniforms: vec![Uniform { name: "local_lobe_count", value: Value::F32(t.count as f32) }],

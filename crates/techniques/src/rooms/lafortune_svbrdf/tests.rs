@@ -62,10 +62,10 @@ fn texels_are_the_model_with_their_numbers() {
     }
 }
 
-/// Lobes whose axes scatter are wider together and keep what they reflect.
+/// Lobes whose axes scatter average to a wider one, and keep their integral.
 #[test]
 fn scattered_axes_widen_lobes() {
-    // Mirror and off-mirror lobes as a chequer board; what has no lobe has no say.
+    // Mirror and off-mirror lobes as a chequer board; texels without a lobe do not affect the average.
     let c =
         |i: usize, j: usize| if (i + j).is_multiple_of(2) { [-1.0, -1.0, 1.0] } else { [-0.9, -1.0, 1.0] };
     let planes = |c: &dyn Fn(usize, usize) -> [f64; 3]| {

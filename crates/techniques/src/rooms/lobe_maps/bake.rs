@@ -17,15 +17,15 @@ use steradian_prefilter::{EdgeCube, Zonal, edge_cube, filter};
 const TOLERANCE: f64 = 5e-3;
 /// Intervals per cube edge where the user gives none.
 const LARGEST: usize = 128;
-/// Rows of an atlas: what every GPU takes.
+/// Rows of an atlas: the largest texture that every GPU takes.
 const ROWS: usize = 8192;
-/// Directions that are summed one by one, of all maps.
+/// Directions, over all maps, whose integrals are summed directly.
 const DIRECT: usize = 60_000;
 
-/// The maps of all lobes one after another, and what each view needs.
+/// The maps of all lobes one after another, and the lookups of each view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LobeChains {
-    /// The levels of the first lobe, of the second, …
+    /// The levels of the first lobe, then of the second, and so on.
     pub chain: Chain,
     /// A per channel and b of each view, lobe after lobe.
     pub views: Vec<[f32; 4]>,
@@ -84,7 +84,7 @@ fn same(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-5 * peak)
 }
 
-/// What filtering found out.
+/// Figures of the filtering, for the report.
 #[derive(Default)]
 struct Found {
     clipped: f64,
@@ -94,11 +94,11 @@ struct Found {
 
 struct Filtering<'a> {
     light: &'a DistantLight,
-    /// The light itself, for profiles that are a mirror's beside its texels.
+    /// The unfiltered light, for profiles narrower than its texels.
     mirror: OnceCell<EdgeCube>,
     largest: usize,
     size: filter::Size,
-    /// Directions of a map that are summed one by one at most.
+    /// Most directions of a map whose integrals are summed directly.
     direct: usize,
     tolerance: f64,
     task: &'a Task,
@@ -115,7 +115,8 @@ impl Filtering<'_> {
         self.mirror.get_or_init(|| self.light.mirror(self.largest))
     }
 
-    /// Is the profile of this channel a mirror's beside the smallest texels?
+    /// Is the profile of this channel narrower than the texels of the largest map, so that the unfiltered
+    /// light serves in its place?
     fn is_mirror(&self, rings: &Rings, profile: &[f64]) -> bool {
         rings.radius(profile, 0.9) < 0.5 * edge_cube::spacing(self.largest)
     }
@@ -158,7 +159,7 @@ impl Filtering<'_> {
     }
 }
 
-/// Rows of the table from one view of the fit to the next.
+/// Rows of the table per interval between the fit's views.
 const FINER: usize = 4;
 
 /// A per channel and b = sin γ/sin θ_v, cubic between the views of the fit.

@@ -14,14 +14,14 @@ use steradian_brdf::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf};
 /// A reflectance and its lobes.
 pub struct Fitted {
     spec: String,
-    /// `None` in a loaded bake that does not keep what its reflectance's files hold.
+    /// `None` in a loaded bake without the contents of the files that its reflectance needs.
     brdf: Option<SharedBrdf>,
     /// The lobes.
     pub fit: RadialFit,
 }
 
 impl Fitted {
-    /// Fits what the parameters ask for.
+    /// The fit that the parameters describe.
     pub fn new(m: &Material, p: &Params, task: &Task) -> Result<Self, BakeError> {
         let shape = if p.dimensions == 2 { Shape::Scaled } else { Shape::Stack };
         let plan = Plan { shape, stack: p.elevations, lobes: p.lobes, mirror: p.axis == 0 };
@@ -39,20 +39,22 @@ impl Fitted {
     }
 }
 
-/// f n·r for f n·wi: what STAR04's eqs 29 and 31 put under the integral, "assuming that the BRDF is fairly
-/// specular".
+/// f n·r in place of f n·wi, as STAR04's eqs 29 and 31 have it under the integral, "assuming that the BRDF is
+/// fairly specular".
 #[derive(Debug)]
 struct CosineOutside(SharedBrdf);
 
 impl CosineOutside {
-    /// Refuses reflectances whose f has no bound at the horizon, as those that are given with their cosine.
+    /// Refuses reflectances whose f has no bound at the horizon, such as those that are defined with the
+    /// cosine in.
     fn new(brdf: &SharedBrdf) -> Result<Self, String> {
         let f = |z: f64, phi: f64, wo: f64| {
             let s = (1.0 - z * z).sqrt();
             let wo = DVec3::new((1.0 - wo * wo).sqrt(), 0.0, wo);
             brdf.eval(DVec3::new(s * phi.cos(), s * phi.sin(), z), wo).into_iter().fold(0.0, f64::max)
         };
-        // Like 1/n·wi it grows a thousandfold, like the root of that (Ward 1992) by 32.
+        // Between n·wi = 1e-2 and 1e-5 a function like 1/n·wi grows a thousandfold, and its root (Ward 1992)
+        // by 32.
         let grows = |(phi, wo)| f(1e-5, phi, wo) > 100.0 * f(1e-2, phi, wo).max(1e-6);
         let around = (0..16).flat_map(|k| [0.05, 0.3, 0.8].map(|wo| (TAU * f64::from(k) / 16.0, wo)));
         if brdf.domain() == Domain::Sphere || around.into_iter().any(grows) {

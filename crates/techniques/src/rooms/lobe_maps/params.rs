@@ -16,7 +16,7 @@ params! {
         pub cosine: bool = ParamInfo::switch("cosine", true, "n·wi inside the mean over the azimuth, which keeps the energy of every view; off: outside the integral as n·r, as eqs. 29 and 31 are printed"),
         /// Elevations in a stack.
         pub elevations: usize = ParamInfo::whole("elevations", [2.0, 64.0], 17.0, "elevations in the stack, the denser the nearer to grazing"),
-        /// Intervals per cube edge; what the tolerance needs where `None`.
+        /// Intervals per cube edge; where `None`, as many as the tolerance needs.
         pub size: Option<usize> = ParamInfo::whole("size", [1.0, 1024.0], 0.0, "intervals per cube edge; auto: what the tolerance needs, at most 128").auto(0.0).unit("texels"),
     }
 }

@@ -1,4 +1,5 @@
-// A per channel and b of lobe i at x = sqrt(1 - sqrt(n.wo)); counts = (lobes, maps of a lobe, views, all views - 1).
+// A per channel and b of lobe i at x = sqrt(1 - sqrt(n.wo)); counts = (lobes, maps of a lobe, views, all
+// views - 1).
 fn view(i: f32, x: f32) -> vec4<f32> {
     return fetch_views((i * technique.counts.z + x * (technique.counts.z - 1.0)) / technique.counts.w);
 }

@@ -36,12 +36,13 @@ params! {
     }
 }
 
-/// Turns of the clustering at most.
+/// Most iterations of the clustering.
 const ROUNDS: usize = 6;
-/// Most numbers that sites are analysed in.
+/// Most numbers of a site's matrix in the coordinates in which sites are analysed.
 const MOST_NUMBERS: usize = 36 * 36;
 
-/// The frame of a site: x and y beside its normal, as surfaces without tangents have them.
+/// The frame of a site: axes x and y perpendicular to its normal, the conventional ones of a surface without
+/// tangents.
 #[inline(always)]
 pub fn axes(n: [f32; 3]) -> [[f32; 3]; 2] {
     let n = Vec3::from_array(n);
@@ -50,20 +51,20 @@ pub fn axes(n: [f32; 3]) -> [[f32; 3]; 2] {
     [t.to_array(), n.cross(t).to_array()]
 }
 
-/// Matrices of clusters, what of them each site has, and what takes them to hats.
+/// Matrices of clusters, each site's cluster and weights, and the change of basis to hats.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Compressed {
     /// Coefficients.
     pub n: usize,
-    /// Components beside the mean.
+    /// Components in addition to the mean.
     pub components: usize,
     /// For each cluster the mean and the components: n × n numbers in the coordinates of the analysis.
     pub basis: Vec<f32>,
-    /// By channel: hat after hat, what of these coordinates it reflects.
+    /// By channel, for hat after hat: the factors of these coordinates in the radiance that the hat reflects.
     pub rows: Vec<f32>,
-    /// Of each site its cluster and its weights.
+    /// For each site its cluster and its weights.
     pub sites: Vec<f16>,
-    /// Of each site its unit normal.
+    /// For each site its unit normal.
     pub normals: Vec<f32>,
     /// √(Σ‖Ã − A‖²/Σ‖A‖²) over the sites.
     pub lost: f64,
@@ -129,8 +130,9 @@ fn turned(site: &Site, matrix: &[f64], bands: usize) -> Vec<f64> {
     out
 }
 
-/// W^½ and its pseudo-inverse, W = Σ rowsᵀ rows over hats and channels: in coordinates W^½ R M the sum of
-/// squares is that of the matrices A = rows R M that light goes through, of all channels.
+/// W^½ and its pseudo-inverse, W = Σ rowsᵀ rows over hats and channels. The sum of squares of W^½ R M is that
+/// of the matrices A = rows R M of all channels, which the light is multiplied with, so that a fit in these
+/// coordinates minimises the error of A.
 fn metric(m: &Reflected, n: usize) -> [Vec<f64>; 2] {
     let mut w = vec![vec![0.0; n]; n];
     for row in m.rows.iter().flat_map(|r| r.chunks_exact(n)) {

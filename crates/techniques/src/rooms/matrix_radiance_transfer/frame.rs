@@ -29,8 +29,7 @@ pub const fn of_hat(components: usize) -> usize {
     3 * padded(components) + 4
 }
 
-/// Where among the numbers of a hat that of channel `c` of the mean is (k = 0), or of a component (from k = 1
-/// on).
+/// Index, among the numbers of a hat, of channel `c` of the mean (k = 0) or of a component (k ≥ 1).
 pub const fn place(components: usize, k: usize, c: usize) -> usize {
     if k == 0 { 3 * padded(components) + c } else { c * padded(components) + k - 1 }
 }
@@ -69,7 +68,7 @@ impl Frame {
 struct Cluster<'a> {
     n: usize,
     light: &'a [[f32; 3]],
-    /// What hats reflect, by channel and coefficient, [`Cluster::wide`] hats each.
+    /// Factors of hats, by channel and coefficient, [`Cluster::wide`] hats each.
     columns: &'a [f32],
     wide: usize,
     basis: &'a [f32],

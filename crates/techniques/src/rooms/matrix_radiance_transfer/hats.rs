@@ -1,4 +1,5 @@
-//! Bilinear hats on the paraboloid of outgoing directions, a basis of which four functions act for a view.
+//! Bilinear hats on the paraboloid of outgoing directions, a basis of which four functions are non-zero at a
+//! view.
 
 use glam::DVec3;
 use steradian_numerics::dense::Cholesky;
@@ -38,9 +39,9 @@ impl Hats {
         (places, [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v])
     }
 
-    /// The change of basis from harmonics: row after row, for each hat the factors of the coefficients of a
-    /// function whose sum over hats is nearest to it over the hemisphere (least squares, the dual basis).
-    /// Hats of which the hemisphere sees nothing are 0.
+    /// The change of basis from harmonics: a row for each hat, with the factors of a function's coefficients
+    /// that give the sum over hats nearest to it over the hemisphere (least squares, the dual basis). Rows of
+    /// hats outside the hemisphere are 0.
     pub fn change_of_basis(self, bands: usize) -> Vec<f64> {
         let (m, n) = (self.len(), bands * bands);
         let (mut own, mut mixed) = (vec![vec![0.0; m]; m], vec![vec![0.0; m]; n]);
@@ -81,8 +82,7 @@ mod tests {
     use super::*;
     use steradian_sphere::quadrature::product_hemisphere;
 
-    /// Hats sum to 1 everywhere, a constant stays what it is, and harmonics come out within what hats can
-    /// follow.
+    /// Hats sum to 1 everywhere, a constant is reproduced, and harmonics up to the hats' resolution.
     #[test]
     fn hats_are_a_partition_of_unity() {
         let rule = product_hemisphere(40);

@@ -1,5 +1,5 @@
-//! Matrix radiance transfer: from the light's coefficients straight to radiance at directions, of which four
-//! act for a view.
+//! Matrix radiance transfer: from the light's coefficients straight to radiance at directions, four of which
+//! are interpolated for a view.
 //!
 //! Lehtinen & Kautz (2003), *Matrix Radiance Transfer*; STAR04 7.4.4, eq. 52.
 //!

@@ -23,7 +23,7 @@ pub struct Reflected {
     pub hats: Hats,
     /// Bands on both sides.
     pub bands: usize,
-    /// By channel: hat after hat, a factor for each coefficient.
+    /// Factors by channel, hat after hat: one for each coefficient.
     pub rows: [Vec<f64>; 3],
     brdf: SharedBrdf,
 }
@@ -76,7 +76,7 @@ fn projected(brdf: &dyn Brdf, bands: usize, task: &Task) -> Result<[Vec<f64>; 3]
         for i in 0..n {
             (0..n).for_each(|j| gram[i][j] += w * y[i] * y[j]);
             for (sum, c) in sums.iter_mut().zip(c) {
-                // Columns of what is solved for.
+                // Columns of the right-hand side.
                 (0..n).for_each(|j| sum[j][i] += w * y[i] * c[j]);
             }
         }

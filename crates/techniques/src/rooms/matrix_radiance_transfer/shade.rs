@@ -1,4 +1,5 @@
-//! At a point the four hats of the view in the frame of each corner, summed by the weights of the site.
+//! Shading of a point: the four hats around the view are evaluated in the frame of each corner of the
+//! triangle, and summed by the weights of the site.
 
 use super::MatrixRadianceTransfer;
 use super::bake::Compressed;
@@ -11,7 +12,7 @@ use crate::{Bake, GpuTechnique, Points, Radiance, Technique};
 use half::slice::HalfFloatSliceExt;
 use steradian_simd::{Arch, Kernel, Single, Vector};
 
-/// Corners side by side.
+/// Number of corners that are summed in lanes.
 const LANES: usize = WIDEST;
 
 pub(super) fn shade(hats: Hats, t: &Compressed, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
@@ -42,7 +43,7 @@ impl Kernel for Shade<'_, '_, '_> {
 }
 
 impl Shade<'_, '_, '_> {
-    /// Of P numbers of components for each hat and channel.
+    /// Shades points cluster by cluster, with P numbers of components for each hat and channel.
     #[inline(always)]
     fn by_cluster<A: Arch, const P: usize>(self) {
         let Self { hats, t, f, q, out } = self;
@@ -130,8 +131,7 @@ fn whole(bits: u16) -> usize {
     if (15..=25).contains(&exponent) { usize::from((0x400 | (bits & 0x3ff)) >> (25 - exponent)) } else { 0 }
 }
 
-/// Numbers from `start` on, as many as a site has at most; behind the end zeros, of which there are as many
-/// in `spare`.
+/// Numbers from `start` on, as many as a site has at most; `spare` pads them with zeros beyond the end.
 #[inline(always)]
 fn own<'a>(halves: &'a [u16], start: usize, spare: &'a mut [u16; MOST]) -> &'a [u16; MOST] {
     let all = halves.get(start..).unwrap_or(&[]);
@@ -142,7 +142,7 @@ fn own<'a>(halves: &'a [u16], start: usize, spare: &'a mut [u16; MOST]) -> &'a [
     spare
 }
 
-/// For each lane the hat of least coordinates of the four that act at a view, and the values of these:
+/// For each lane the first of the four hats that are non-zero at a view, and the values of all four:
 /// [`Hats::at`] of the view in the frame of [`super::bake::axes`], whose choice of an axis is the same to the
 /// bit.
 #[inline(always)]

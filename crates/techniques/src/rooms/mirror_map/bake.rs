@@ -1,4 +1,4 @@
-//! The map, and how well it stands for the model.
+//! The map, and its error as an approximation of the model.
 
 use super::MirrorMap;
 use crate::certify::{Model, Report, Target};
@@ -31,9 +31,9 @@ const SHARPEST: f64 = 0.01;
 /// The environment on a cube.
 pub struct Light {
     pub(super) cube: EdgeCube,
-    /// The same with its halves, made for the first point with normals of its own.
+    /// The map and its successive halvings, made for the first point with normals of its own.
     halves: OnceLock<Chain>,
-    /// The same light for the certificate.
+    /// The light in the form that the certificate evaluates.
     distant: DistantLight,
 }
 
@@ -107,7 +107,7 @@ fn numbers(m: &Reflectance) -> (f64, [f64; 3], [f64; 3]) {
     }
 }
 
-/// The model itself, or what it becomes as its lobe gets too sharp to integrate.
+/// The model itself, or its mirror limit where its lobe is too sharp to integrate.
 pub(super) fn target<'a>(light: &'a Light, m: &'a Reflectance) -> Target<'a> {
     let (width, f0, scale) = numbers(m);
     if width >= SHARPEST {

@@ -40,7 +40,7 @@ fn it_shows_what_lies_along_the_mirror_direction() {
     }
 }
 
-/// A sun larger than a texel is seen with its own radiance, beside it there is none.
+/// A sun larger than a texel shows with its own radiance; outside it there is none.
 #[test]
 fn a_sun_is_seen_with_its_radiance() {
     let disk = DiskLight { direction: DVec3::Z, angular_radius: 0.2, radiance: [7.0; 3] };

@@ -27,7 +27,7 @@ params! {
     }
 }
 
-/// ∫ (d·wi)₊^n L over d on two paraboloids, and what it is multiplied with.
+/// ∫ (d·wi)₊^n L over d on two paraboloids, and the factor of the lookup.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilteredParaboloids {
     /// Front (+Z) and back (−Z): r, g, b, 1; rows of growing y.
@@ -55,7 +55,7 @@ impl FilteredParaboloids {
     }
 }
 
-/// Directions at which the maps are compared with the exact convolution.
+/// Number of directions at which the maps are compared with the exact convolution.
 const PROBES: usize = 240;
 /// Rings of the disks: ρ² up to 1/5, to 4/5, to 1.
 const RINGS: [&str; 3] = ["maps, middle", "maps, between", "maps, rim"];
@@ -78,7 +78,7 @@ pub fn link(
         texels: p.footprint,
         radii: p.radii,
         size: p.size.unwrap_or(0),
-        // Halves what a cut at 60° leaves of lambert's error, and does nothing to exponents above 5.
+        // With a cut at 60° lambert's error would be twice as large; exponents above 5 do not change.
         farthest: FRAC_PI_2,
     };
     let kernel = Power { n: lobe.n };

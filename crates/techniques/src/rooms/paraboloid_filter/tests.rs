@@ -105,7 +105,7 @@ fn small_lights_keep_their_flux() {
     assert!((mean / exact - 1.0).abs() < 0.03, "{mean} {exact}");
 }
 
-/// Other sizes of the stored map hold the same function.
+/// Stored maps of other sizes hold the same function.
 #[test]
 fn the_map_may_be_stored_larger() {
     let light = distant(&lights::smooth());

@@ -11,7 +11,7 @@ params! {
     /// The parameters of the blend.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
-        /// Intervals per cube edge of the Phong map; what the tolerance needs where `None`.
+        /// Intervals per cube edge of the Phong map; where `None`, as many as the tolerance needs.
         pub size: Option<usize> = ParamInfo::whole("size", [1.0, 2048.0], 0.0, "intervals per cube edge of the Phong map; auto: what the tolerance needs, at most 256").auto(0.0).unit("texels"),
         /// Factor of the Phong map.
         pub k_s: f64 = ParamInfo::real("k_s", [0.0, 1.0], 1.0, "factor of the Phong map (eq. 22)"),
@@ -38,7 +38,7 @@ pub struct Blend {
 }
 
 impl Blend {
-    /// What a reflectance and the parameters give together.
+    /// The blend of a reflectance under these parameters.
     pub fn new(m: &Reflectance, p: &Params) -> Self {
         match m.form() {
             Form::Lambert { albedo } => Self { n: 1.0, k_s: [0.0; 3], k_d: albedo, f0: None, horizon: false },

@@ -32,8 +32,8 @@ fn widths(m: &PhongMaps, lobes: &Chain) -> [f32; 3] {
     [m.alpha(), m.first(), lobes.last() / (1.0 - m.first()).max(1e-6)]
 }
 
-/// [`shade`] where every point has its own lobe: alpha is that of the exponent n = 1/(2 alpha²), so the
-/// lobe's own alpha gives ∫ (r·wi)^n = 2π/(n + 1); what only widens the lookup keeps that integral.
+/// [`shade`] where every point has its own lobe: alpha determines the exponent n = 1/(2 alpha²), so the
+/// lobe's own alpha gives ∫ (r·wi)^n = 2π/(n + 1); widening the lookup keeps that integral.
 pub(super) fn shade_lobe(
     m: &PhongMaps,
     lobes: &Chain,
@@ -61,7 +61,8 @@ pub(super) fn shade_lobe(
     });
 }
 
-/// ∫ (r·wi)₊^n dwi of the exponent that `alpha` stands for: the material's own where it has none of its own.
+/// ∫ (r·wi)₊^n dwi = 2π/(n + 1) of the exponent that `alpha` determines; where `alpha` is the material's
+/// `own`, of the material's exponent `n`.
 #[inline(always)]
 fn integral(alpha: f32, own: f32, n: f32) -> f32 {
     let n = if alpha == own { n } else { 0.5 / (alpha * alpha).max(1e-8) };

@@ -13,7 +13,7 @@ use steradian_scene::surface::Texture;
 
 /// The plane of polynomials.
 pub const MAP: &str = "map";
-/// Lights that a reflectance is fitted under.
+/// Number of lights under which polynomials are fitted to a reflectance.
 const LIGHTS: usize = 2048;
 
 params! {
@@ -22,7 +22,7 @@ params! {
     pub struct Params {
         /// The map.
         pub map: Option<FileName> = ParamInfo::file("map", "polynomial texture map (.ptm, of basis=biquadratic), or a list of lights with their photographs (.lp); auto: the reflectance seen along its normal").auto(f64::NAN),
-        /// What its texels are sums of.
+        /// Basis of the texels' sums, an index of the choices.
         pub basis: usize = ParamInfo::choice("basis", &Basis::NAMES, "a parabola of the light's direction (6 numbers a texel and channel), or spherical harmonics up to order 2 (9) or 3 (16), which are fitted to photographs").numbered(0.0).preset("biquadratic"),
     }
 }
@@ -36,7 +36,7 @@ impl Params {
 /// The polynomials of a surface.
 #[derive(Debug, Clone)]
 pub struct Polynomials {
-    /// What they are sums of.
+    /// Basis of the sums.
     pub basis: Basis,
     /// The coefficients in red, green and blue.
     pub texels: Texels,

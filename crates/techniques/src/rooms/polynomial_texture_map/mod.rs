@@ -7,11 +7,11 @@
 //!
 //! with six coefficients a texel and channel, those of a `.ptm` file or of photographs under known lights
 //! (`.lp`). In the file's numbers white is 1 (255 as they stand): a polynomial of 1 is what a white
-//! Lambertian surface that faces the light reflects, 1/π of its irradiance. What the photographs saw is in
-//! it: bumps, their shadows and what they reflect on each other, all as smooth as a parabola. Approximated:
-//! the dependence on the light, by least squares, and that on the view, which is left out; highlights are as
-//! wide as a parabola is. `basis=sh9` and `sh16` have the real spherical harmonics up to order 2 and 3 in
-//! place of the parabola's six terms,
+//! Lambertian surface that faces the light reflects, 1/π of its irradiance. It contains all effects in the
+//! photographs: bumps, their shadows and interreflection, all as smooth as a parabola. Approximated: the
+//! dependence on the light, by least squares, and that on the view, which is left out; highlights are as wide
+//! as a parabola is. `basis=sh9` and `sh16` have the real spherical harmonics up to order 2 and 3 in place of
+//! the parabola's six terms,
 //!
 //! > L_o = Σ_l E_l (Σ_lm a_lm Y_lm(l))₊/π,
 //!

@@ -30,7 +30,7 @@ fn lambert_has_its_closed_form() {
     assert!((b.certificate().error - 0.125).abs() < 0.01, "{}", b.certificate().error);
 }
 
-/// A map's polynomials are what is shaded, clamped at 0, whatever the view; the mean of a footprint is that
+/// Shading evaluates a map's polynomials, clamped at 0, whatever the view; the mean over a footprint is that
 /// of the coefficients.
 #[test]
 fn maps_are_evaluated_as_they_are() {
@@ -62,7 +62,8 @@ fn bake_with(basis: &str, spec: &str, planes: Planes) -> Box<dyn LocalBake> {
     t.bake(&m, None, &params, &Task::quiet()).expect("bakes")
 }
 
-/// Lambert's law is among the harmonics, and of what varies with the light more are nearer.
+/// Lambert's law is among the harmonics, and they follow other dependence on the light more closely than the
+/// parabola.
 #[test]
 fn harmonics_follow_the_light_more_closely() {
     for basis in ["basis=sh9", "basis=sh16"] {

@@ -1,4 +1,4 @@
-//! What the vertices of a mesh see of it.
+//! Links between the vertices of a mesh and the surfaces that they see.
 
 use super::shade;
 use super::tables::{Emitter, Params, Seen, Tables};
@@ -16,13 +16,15 @@ use steradian_sphere::quadrature::fibonacci;
 use steradian_transfer::{Link, Links, Scene, Site, TransferError};
 
 const SLUG: &str = "precomputed_visibility";
-/// Numbers of the vertices under the lights of a frame, at most: 128 MiB, what GPUs bind at least.
+/// Most numbers of the vertices under the lights of a frame: 128 MiB, the largest buffer that every GPU can
+/// bind.
 const MOST: usize = 1 << 25;
 /// Points at which the error is measured: edges of shadows, which cross few triangles, have nearly all of it.
 const POINTS: usize = 1536;
-/// How far off the surface rays start at most, over the diagonal of the mesh.
+/// Largest distance that rays start off the surface, relative to the diagonal of the mesh.
 const OFFSET: f32 = 1e-5;
-/// How far sites on the border of a wall move from their vertex into a triangle, over the way to its middle.
+/// Distance by which sites on the border of a wall move from their vertex into a triangle, relative to the
+/// way to the triangle's centre.
 const INSIDE: f32 = 1e-2;
 
 pub(super) fn bake(m: &Material) -> Tables {
@@ -56,18 +58,19 @@ fn border(mesh: &Mesh) -> Vec<bool> {
     out
 }
 
-/// The vertices, moved off the surface, and those on the border of a wall into one of their triangles, so
-/// that they see the wall beside theirs.
+/// The vertices, moved off the surface; those on the border of a wall are moved into one of their triangles,
+/// so that they see an adjoining wall.
 fn sites(mesh: &Mesh) -> Vec<Site> {
     let (mut out, border) = (Site::vertices(mesh), border(mesh));
     let most = OFFSET * mesh.diagonal();
-    // The triangle of a vertex that faces most as it does, and how much.
+    // Each vertex follows the one of its triangles whose normal is nearest to its own; `best` is the cosine
+    // between both.
     let mut best = vec![0.0f32; out.len()];
     for t in &mesh.triangles {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
         let across = (b - a).cross(c - a);
         let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-        // Nearer to the triangle than to what stands on its edges.
+        // Closer to the triangle than to walls that stand on its edges.
         let off = (0.9 * INSIDE * across.length() / (3.0 * longest)).min(most);
         for (v, p) in t.iter().map(|v| *v as usize).zip([a, b, c]) {
             let cosine = across.normalize_or_zero().dot(out[v].n);
@@ -81,7 +84,7 @@ fn sites(mesh: &Mesh) -> Vec<Site> {
     out
 }
 
-/// What the mesh adds, and the error measured on it.
+/// Adds the mesh to the tables, and measures the error on it.
 pub(super) fn transfer(
     t: Tables,
     m: &Material,
@@ -135,7 +138,7 @@ pub(super) fn transfer(
     Ok(tables)
 }
 
-/// All of the weight to the corner that has most of it.
+/// Moves all of the weight to the corner that has most of it.
 fn nearest(l: &mut Link) {
     let [v, w] = l.weight;
     let u = 1.0 - v - w;
@@ -163,9 +166,9 @@ fn emitters(mesh: &Mesh) -> (Vec<Emitter>, Vec<[u32; 3]>) {
     (all, corners)
 }
 
-/// The error under three directional lights against paths through the mesh, with views by the area that they
-/// show: two standard errors above what the points found, what they found, and the noise of the paths, which
-/// is taken out of both: it is independent of the technique.
+/// The error under three directional lights against paths through the mesh, with views weighted by projected
+/// area: the upper bound (two standard errors above the measured error), the measured error, and the noise of
+/// the paths. The noise is subtracted from both in squares, since it is independent of the technique.
 fn measured(t: &Tables, m: &Material, g: &Geometry, p: &Params, task: &Task) -> Result<[f64; 3], BakeError> {
     let lights = three_directionals();
     let local = LocalLights { directionals: lights.directionals.clone(), points: Vec::new() };
@@ -187,7 +190,7 @@ fn measured(t: &Tables, m: &Material, g: &Geometry, p: &Params, task: &Task) -> 
     Ok([without(errors.all), without(errors.mean), noise])
 }
 
-/// The measured error; of points by themselves that of the reflectance.
+/// The measured error; where points are shaded on their own, that of the reflectance.
 pub(super) fn error_of(t: &Tables, m: &Material) -> f64 {
     match t.measured {
         Some([error, ..]) => error,

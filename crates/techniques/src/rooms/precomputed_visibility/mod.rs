@@ -2,25 +2,25 @@
 //!
 //! Daubert, Heidrich, Kautz, Dischler & Seidel (2003), *Efficient Light Transport Using Precomputed
 //! Visibility*; Carr, Hall & Hart (2003), *GPU Algorithms for Radiosity and Subsurface Scattering*; STAR04
-//! 6.4.3. A ray from each vertex p of a mesh along each of N directions d_i that all vertices share tells
-//! once what p sees there, S_i(p): the scattering textures of Heidrich et al. (2000) where nothing
-//! parametrizes the surface. Under lights, with the direct light L_d of the corners of what is seen,
+//! 6.4.3. A ray from each vertex p of a mesh along each of N directions d_i that all vertices share finds
+//! once the surface point S_i(p) that p sees there: the scattering textures of Heidrich et al. (2000) where
+//! nothing parametrizes the surface. Under lights, with the direct light L_d of the corners of what is seen,
 //!
 //! > L(p, v) = Σ_l V_l E_l f(l, v)(n·l)₊ + Σ_i w f(d_i, v)(n·d_i)₊ L_d(S_i(p), −d_i), w = π / Σ_i (n·d_i)₊
 //!
 //! and b reflections between surfaces are b such sums one after the other (`bounces`). Where the reflectance
-//! is Lambert's, what leaves is the same in all directions, and the sums are a radiosity solution, with form
-//! factors from the links as Carr et al. have them. Links end in triangles, between whose corners light is
-//! interpolated (`hits=barycentric`), or at the nearest corner (`hits=vertex`), which is all that is left
-//! where a mesh has no parametrization (Daubert et al.).
+//! is Lambert's, radiance leaves equally in all directions, and the sums are a radiosity solution, with form
+//! factors from the links, as in Carr et al. Links end in triangles, between whose corners light is
+//! interpolated (`hits=barycentric`), or at the nearest corner (`hits=vertex`), as Daubert et al. do where a
+//! mesh has no parametrization.
 //!
-//! What arrives at each vertex along each d_i is found once a frame, on the CPU, and is the same for all
+//! The radiance that arrives at each vertex along each d_i is found once a frame, on the CPU, and serves all
 //! viewers; points interpolate it between the corners of their triangle and reflect it by their own normal.
-//! V_l is tried by a ray at each vertex (`shadow=vertex`) and interpolated for points, unless shadows are
-//! asked for, which are then tried at the points themselves. Approximated: the integral over directions by N;
-//! light between vertices. Lobes narrower than the directions lie apart show as several. Exact without a mesh
-//! (`bounces=0,shadow=none`), where nothing is left but the reflectance. Units: radiance in W sr⁻¹ m⁻².
-//! Surfaces seen from behind are black. Lights may move in every frame, the mesh may not.
+//! V_l is tried by a ray at each vertex (`shadow=vertex`) and interpolated for points; where the caller asks
+//! for shadows, rays are cast from the points themselves instead. Approximated: the integral over directions
+//! by N; light between vertices. Lobes narrower than the distance between directions show as several lobes.
+//! Exact without a mesh (`bounces=0,shadow=none`), where only the reflectance remains. Units: radiance in W
+//! sr⁻¹ m⁻². Surfaces seen from behind are black. Lights may move in every frame, the mesh may not.
 
 mod bake;
 mod shade;

@@ -1,5 +1,5 @@
-//! The light that arrives at the vertices of a frame along their links, and what points reflect of it;
-//! `shade.wgsl` has the latter.
+//! The light that arrives at the vertices along their links in a frame, and the radiance that points reflect
+//! of it; `shade.wgsl` has the latter.
 
 use super::PrecomputedVisibility;
 use super::tables::{Emitter, Params, Seen, Tables};
@@ -17,8 +17,8 @@ use steradian_parallel::prelude::*;
 use steradian_scene::Ray;
 use steradian_transfer::Link;
 
-/// What vertices have of the lights of a frame: a row for each, of the radiance that arrives along each
-/// direction, and the part that is seen of each light; then a row of the directions.
+/// Data of the vertices under the lights of a frame. Each vertex has a row of the radiance that arrives along
+/// each direction, and of the visible part of each light; a last row holds the directions.
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
     data: Vec<f32>,
@@ -28,7 +28,7 @@ pub struct Rows {
     stride: usize,
 }
 
-/// What leaves emitters or arrives at vertices, direction by direction.
+/// Radiance that leaves emitters, or arrives at vertices, for each direction.
 type Light3 = Vec<[f32; 3]>;
 
 fn finite(x: f64) -> f32 {
@@ -83,7 +83,8 @@ impl Seen {
         out
     }
 
-    /// What emitters reflect of the lights, of which a vertex sees a part, against each direction.
+    /// Radiance that emitters reflect directly of the lights, against each direction; `seen` is the part of a
+    /// light that a vertex sees.
     fn direct(&self, lights: &[Light], seen: impl Fn(usize, usize) -> f32 + Sync) -> Light3 {
         self.emitted(|e, out| {
             let v = e.vertex as usize;
@@ -98,7 +99,7 @@ impl Seen {
         })
     }
 
-    /// What emitters reflect of what arrives at their vertices.
+    /// Radiance that emitters reflect of the light that arrives at their vertices.
     fn reflected(&self, arriving: &Light3) -> Light3 {
         let count = self.directions.len();
         self.emitted(|e, out| {
@@ -112,8 +113,8 @@ impl Seen {
         })
     }
 
-    /// Σ f ⟨n·wi⟩ E against each direction above the emitter. Where the reflectance is Lambert's all are
-    /// alike: radiosity.
+    /// Σ f ⟨n·wi⟩ E against each direction above the emitter. Where the reflectance is Lambert's, one value
+    /// serves all directions: radiosity.
     fn leaving(&self, e: Emitter, from: &[(DVec3, [f64; 3])], out: &mut [[f32; 3]]) {
         let (frame, brdf) = (&self.frames[e.vertex as usize], self.brdf(e));
         let matte = matches!(brdf.form(), Form::Lambert { .. });
@@ -134,7 +135,7 @@ impl Seen {
         }
     }
 
-    /// What arrives at the vertices along each direction, of what leaves emitters.
+    /// Radiance that arrives at the vertices along each direction, given that which leaves emitters.
     fn arriving(&self, leaving: &Light3) -> Light3 {
         let count = self.directions.len();
         let mut out = vec![[0.0f32; 3]; self.links.len()];
@@ -159,7 +160,8 @@ pub(super) fn f_cos(t: &Tables, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     t.brdf.f_cos(unit(wi), unit(wo)).map(|x| x as f32)
 }
 
-/// Adds what points reflect of the lights and of what arrives at the vertices about them.
+/// Adds the radiance that points reflect of the lights and of the light that arrives at the vertices around
+/// them.
 pub(super) fn add(
     t: &Tables,
     rows: &Rows,
@@ -212,7 +214,7 @@ pub(super) fn add(
                 }
             }
         }
-        // All directions above a point weigh π together.
+        // All directions above a point have one weight, by which their cosines sum to π.
         let weight = if cosines > 0.0 { PI / cosines } else { 0.0 };
         (0..3).for_each(|c| out.rgb[c][i] += (sum[c] + weight * more[c]).clamp(-f32::MAX, f32::MAX));
     }

@@ -42,7 +42,7 @@ fn local_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site:
             }
         }
     }
-    // All directions above a point weigh pi together.
+    // All directions above a point have one weight, by which their cosines sum to pi.
     let weight = select(0.0, 3.1415927 / cosines, cosines > 0.0);
     return clamp(sum + weight * more, -most, most);
 }

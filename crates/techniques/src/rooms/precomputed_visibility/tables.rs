@@ -1,4 +1,4 @@
-//! The parameters, and what vertices see.
+//! The parameters, and the links of vertices.
 
 use glam::{DVec3, Vec3};
 use steradian_base::{ParamInfo, params};
@@ -17,13 +17,13 @@ params! {
         pub directions: usize = ParamInfo::whole("directions", [8.0, 512.0], 128.0, "directions of the sphere along which vertices see the mesh, half of them above any of them"),
         /// Where links end.
         pub hits: usize = ParamInfo::choice("hits", &["barycentric", "vertex"], "where links end: in triangles, between whose corners light is interpolated, or at the nearest corner").numbered(0.0),
-        /// What surfaces hide of the lights.
+        /// Shadowing of the lights by the mesh, an index of the choices.
         pub shadow: usize = ParamInfo::choice("shadow", &["vertex", "none"], "what the mesh hides of the lights: tried by a ray at each vertex, or nothing").numbered(0.0),
     }
 }
 
 impl Params {
-    /// Is each point shaded by itself?
+    /// Is each point shaded on its own, without the mesh?
     pub(super) fn alone(&self) -> bool {
         self.bounces == 0 && !self.shadowed()
     }
@@ -33,7 +33,7 @@ impl Params {
     }
 }
 
-/// A reflectance, and what the mesh adds.
+/// A reflectance, and the links of a mesh.
 pub struct Tables {
     pub brdf: SharedBrdf,
     pub seen: Option<Seen>,
@@ -48,7 +48,7 @@ pub struct Emitter {
     pub(super) slot: u32,
 }
 
-/// What vertices see.
+/// The surfaces that vertices see.
 pub struct Seen {
     pub bvh: Bvh,
     /// Where the rays of each vertex start.

@@ -103,15 +103,16 @@ fn mean(values: &[[f64; 3]], weights: &[f64]) -> f64 {
     sum / weights.iter().sum::<f64>()
 }
 
-/// Walls of a long groove of opening α under a light in the middle of it, which are evenly lit: in the mean
-/// the first bounce is ρ²EF, F = 1 − sin(α/2), and further ones what form factors between strips give.
+/// Walls of a long groove of opening α under a light in the middle of it, by which they are evenly lit: in
+/// the mean the first bounce is ρ²EF, F = 1 − sin(α/2), and further ones follow from form factors between
+/// strips.
 #[test]
 fn a_grooves_bounces_have_their_closed_forms() {
     const N: usize = 40;
     let albedo = 0.8f64;
     for degrees in [60.0f32, 90.0, 120.0] {
         let half = 0.5 * degrees.to_radians();
-        // Walls up along these, and the groove along z.
+        // Coordinates up the walls, and along the groove (z).
         let up = [Vec3::new(-half.sin(), half.cos(), 0.0), Vec3::new(half.sin(), half.cos(), 0.0)];
         let along = [-200.0, -40.0, -8.0, -2.0, -0.5, 0.0, 0.5, 2.0, 8.0, 40.0, 200.0];
         let s = steps(N);
@@ -151,9 +152,9 @@ fn a_grooves_bounces_have_their_closed_forms() {
     }
 }
 
-/// In a closed box all light stays: a lamp of intensity I gives its walls of area A the mean irradiance
-/// 4πI/A, and each reflection leaves the albedo of it, wherever the lamp is and wherever links end, up to
-/// what light varies between vertices: the square of the length of edges.
+/// In a closed box no light is lost: a lamp of intensity I gives its walls of area A the mean irradiance
+/// 4πI/A, and each reflection leaves the albedo of it, wherever the lamp is and wherever links end; the error
+/// of interpolation between vertices falls with the square of the length of edges.
 #[test]
 fn a_box_keeps_its_light() {
     let albedo = 0.7f64;
@@ -227,14 +228,14 @@ fn means_are_those_of_paths() {
             let own = mean(&got, &areas);
             println!("{name}, {bounces}: {own:.5}, paths {all:.5} ± {noise:.5}, direct alone {direct:.5}");
             assert!((own - all).abs() < 3.0 * noise + 0.02 * all, "{name}, {bounces}: {own} {all} ± {noise}");
-            // What is between surfaces is no trifle.
+            // Interreflection contributes noticeably.
             assert!(all > 1.02 * direct, "{name}: {all} {direct}");
         }
     }
 }
 
-/// What Lambert's reflectance leaves is found once a vertex; others, which give the same numbers, once a
-/// direction.
+/// Lambert's reflectance is evaluated once a vertex, and one of the same values by another model once a
+/// direction: both give the same light.
 #[test]
 fn radiosity_is_the_general_sum() {
     let mesh = inside(4);
@@ -249,8 +250,8 @@ fn radiosity_is_the_general_sum() {
     }
 }
 
-/// A plate hides the light of what is under it, at vertices and between them in part; `shadow=none` lets it
-/// through.
+/// A plate hides the light from the floor under it, at vertices, and partly between them; `shadow=none` lets
+/// it through.
 #[test]
 fn plates_shadow_the_floor() {
     let s = steps(8);
@@ -293,7 +294,7 @@ fn directions_converge() {
     assert!(errors[0] > 1.5 * errors[1] && errors[1] > 1.5 * errors[2] && errors[2] < 0.02, "{errors:?}");
 }
 
-/// One line says what is missing.
+/// A refusal is one line that names what is missing.
 #[test]
 fn meshes_are_refused_by_name() {
     let mesh = inside(2);
@@ -325,8 +326,8 @@ fn frames_repeat() {
     assert_eq!(one.install(made), made());
 }
 
-/// Views that mirror light at the horizon where triangles face away from it have little of the certificate,
-/// as of pictures: one of a glossy knot errs by 4.5 %.
+/// Grazing views whose mirror direction is lit although their triangles face away from the light count little
+/// in the certificate, as in pictures: one of a glossy knot has an error of 4.5 %.
 #[test]
 fn highlights_at_the_horizon_do_not_make_the_certificate() {
     let mesh = shapes::by_name("knot").expect("a shape");

@@ -49,7 +49,7 @@ pub(super) fn first(light: &Spectrum, p: &Params) -> ShRgb {
     sh
 }
 
-/// What is left out where nothing is blocked.
+/// Estimates the error of cutting off the bands, where nothing is blocked.
 pub(super) fn report(light: &Spectrum, m: &Views, p: &Params) -> Report {
     let squares = light.mean_squares();
     let (error, elevations) =

@@ -8,10 +8,10 @@
 //!
 //! with L_j the light's coefficients in the world, W sr⁻¹ m⁻², M the glossy transfer matrix of a site, and R
 //! the rotation into its frame, folded into the matrix. Approximated: L and f_cos, by their first bands, the
-//! view by a table on the paraboloid; V is what rays find, of which the matrix knows 2·bands − 1 bands, which
-//! is all that the products need; radiance is interpolated between the sites of a triangle. Shadows alone:
-//! the reflectance may change without another transfer. Refused: point lights, and highlights along circles
-//! too narrow to certify.
+//! view by a table on the paraboloid; V is sampled by rays, and projected to 2·bands − 1 bands, all that the
+//! products need; radiance is interpolated between the sites of a triangle. Without interreflection: the
+//! reflectance may change without another transfer. Refused: point lights, and highlights along circles too
+//! narrow to certify.
 
 mod bake;
 mod shade;

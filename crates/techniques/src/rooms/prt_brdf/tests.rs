@@ -72,7 +72,7 @@ fn in_the_open_it_is_the_table_alone() {
     }
 }
 
-/// With 16-bit numbers radiance is nearly what it is without, between vertices too.
+/// 16-bit numbers change radiance by little, between vertices too.
 #[test]
 fn sixteen_bits_are_enough() {
     let g = balls();
@@ -116,7 +116,7 @@ fn shadows_are_those_of_paths() {
     let b = bake("prt_brdf", SPEC, Some(&g), &lights::smooth());
     println!("{:?}", b.certificate());
     assert!(b.certificate().error < 0.08, "{}", b.certificate().error);
-    // Another reflectance keeps the transfer.
+    // Changing the reflectance keeps the transfer.
     let glossy = Material::new(steradian_brdf::parse("ggx:alpha=0.5,f0=0.9").unwrap());
     assert!(b.with_material(&glossy, &Task::quiet()).unwrap().certificate().error < 0.1);
 }

@@ -35,8 +35,8 @@ impl Params {
     }
 }
 
-/// Transfer vectors of all sites: what arrives straight; where light is reflected, one vector or three of it;
-/// and last, where other normals are asked for, what they get ([`normals`]).
+/// Transfer vectors of all sites: first that of direct light; where light is reflected, one or three more;
+/// and last, where the parameters ask for other normals, those of [`normals`].
 pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Result<Grouped, BakeError> {
     let settings = Settings {
         bands: p.bands,

@@ -6,13 +6,14 @@
 //!
 //! > L_o(x) = (albedo/π) Σ_i t_i(x) L_i,  t_i(x) = ∫ V(x, w) (n·w)₊ y_i(w) dw
 //!
-//! with L_i the light's coefficients in W sr⁻¹ m⁻². Approximated: L, by its first bands, as seen by t; V is
-//! what rays find, interpolated between the sites of a triangle; f is exact. With more than one scattering
-//! event t also holds what the mesh reflects to x, with the albedo that was baked: another albedo bakes the
-//! transfer anew. Refused: any reflectance but Lambert's, and point lights. With `normals`, what arrives
-//! straight is known for other normals than the mesh's too (Sloan 2006, *Normal Mapping for Precomputed
-//! Radiance Transfer*); what is reflected is taken as at the mesh's. Of suns that are shaded exactly beside
-//! the data, t holds what is reflected. Small lights ring: a window over the bands trades sharpness for that.
+//! with L_i the light's coefficients in W sr⁻¹ m⁻². Approximated: L, by its first bands, as t sees it; V is
+//! sampled by rays, and interpolated between the sites of a triangle; f is exact. With more than one
+//! scattering event t also holds light that the mesh reflects to x, for the albedo at bake time: another
+//! albedo bakes the transfer anew. Refused: any reflectance but Lambert's, and point lights. With `normals`,
+//! direct irradiance is a function of the normal, for normal maps (Sloan 2006, *Normal Mapping for
+//! Precomputed Radiance Transfer*); interreflected light is that of the mesh's normal. Of suns that are
+//! shaded exactly, t holds the interreflected part only. Small lights ring: a window over the bands trades
+//! sharpness for that.
 
 mod bake;
 mod normals;
@@ -118,8 +119,8 @@ impl Technique for PrtDiffuse {
     fn is_whole(b: &Bake<Self>) -> bool {
         let (n, stride) = (b.params.bands * b.params.bands, b.transfer.stride());
         let more = if b.params.by_normal() { HARMONICS * n } else { 0 };
-        // Nothing yet, or vectors of direct light, of reflected light in one channel or three, and of other
-        // normals.
+        // The stride of data that are not there yet is 0; else sites have vectors of direct light, of
+        // reflected light in no, one or three channels, and of other normals.
         stride == 0 || [n, 2 * n, 4 * n].map(|k| k + more).contains(&stride)
     }
 

@@ -1,13 +1,13 @@
 //! Irradiance as a function of the normal, for normal maps.
 //!
-//! Sloan (2006), *Normal Mapping for Precomputed Radiance Transfer*: what arrives at a site is known by its
-//! transfer matrix M, and its convolution with the cosine gives the irradiance of every normal n' near the
-//! site's own,
+//! Sloan (2006), *Normal Mapping for Precomputed Radiance Transfer*: the transfer matrix M of a site gives
+//! the light that arrives there, and its convolution with the cosine the irradiance of every normal n' near
+//! the site's own,
 //!
 //! > E(n') = Σ_j A_j y_j(n') (M L)_j,  M_ji = ∫ V y_j y_i dw over n·w > 0
 //!
-//! Cosines have little above their second band, and n' is above the surface: of E the nine harmonics are kept
-//! that come nearest to it over this hemisphere, by least squares,
+//! Cosines have little energy above their second band, and n' is above the surface: E is fitted with nine
+//! harmonics over this hemisphere, by least squares,
 //!
 //! > **E(n') ≈ Σ_k y_k(n') Σ_i T_ki L_i,  T = R⁻¹ G₃⁻¹ G R diag(A) M**,  G_kj = ∫ y_k y_j over z > 0
 //!
@@ -99,7 +99,7 @@ pub fn by_normal(g: &Geometry, t: &Transfer) -> Result<Vec<f32>, BakeError> {
     Ok((0..sites.len()).into_par_iter().flat_map_iter(one).collect())
 }
 
-/// y(n') − y(n), of the normal with its bumps and the surface's own; zeros where there is none of its own.
+/// y(bumped) − y(own), harmonics of the bumped and of the surface's own normal; zeros where `own` is zero.
 #[inline(always)]
 pub fn difference(bumped: [f32; 3], own: [f32; 3]) -> [f32; HARMONICS] {
     let square = own.iter().map(|x| x * x).sum::<f32>();
@@ -110,7 +110,7 @@ pub fn difference(bumped: [f32; 3], own: [f32; 3]) -> [f32; HARMONICS] {
     std::array::from_fn(|k| a[k] - b[k])
 }
 
-/// The harmonics of a unit vector; `normals.wgsl` has the same.
+/// The harmonics of a unit vector; `normals.wgsl` has the same function.
 #[inline(always)]
 fn harmonics([x, y, z]: [f32; 3]) -> [f32; HARMONICS] {
     [
@@ -142,8 +142,8 @@ mod tests {
         }
     }
 
-    /// What three bands hold is kept as it is; of higher ones the fit over the hemisphere is nearer than
-    /// leaving them out.
+    /// Functions of three bands are kept as they are; of higher bands the fit over the hemisphere is closer
+    /// than leaving them out.
     #[test]
     fn nine_harmonics_come_near_others_over_the_hemisphere() {
         let n = 25;
@@ -154,8 +154,8 @@ mod tests {
                 assert!((p[k * n + j] - want).abs() < 1e-9, "{k} {j}: {}", p[k * n + j]);
             }
         }
-        // Harmonics of band 3 with no more than one wave round the circle, of which half a sphere shows about
-        // one bend.
+        // Harmonics of band 3 with at most one wave round the circle; over half a sphere they bend about
+        // once.
         let mut y = vec![0.0; n];
         for j in [11, 12, 13] {
             let (mut left, mut all) = (0.0, 0.0);

@@ -12,7 +12,7 @@ fn normal_harmonics(n: vec3<f32>) -> array<f32, 9> {
         0.5462742 * (n.x * n.x - n.y * n.y));
 }
 
-// What a bumped normal gets more than the surface's own.
+// Harmonics of the bumped normal minus those of the surface's own.
 fn normal_difference(n: vec3<f32>, own: vec3<f32>) -> array<f32, 9> {
     var d = array<f32, 9>(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     if dot(own, own) < 0.5 {

@@ -1,5 +1,5 @@
-//! Radiance of every site once a frame, interpolated at points; `shade.wgsl` sums the same at each of the
-//! three sites.
+//! Radiance of every site once a frame, interpolated at points; `shade.wgsl` computes the sums at each of the
+//! three sites instead.
 
 use super::PrtDiffuse;
 use super::normals::{HARMONICS, difference};
@@ -12,20 +12,20 @@ use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use std::f64::consts::PI;
 use steradian_simd::{Arch, Kernel, Single, Vector, run};
 
-/// The light of a frame, and what each site reflects of it.
+/// The light of a frame, and the radiance that each site reflects of it.
 #[derive(Default)]
 pub struct Frame {
     form: Form,
-    /// albedo/π · L_i, turned: of what arrives straight, and of what is reflected.
+    /// albedo/π · L_i, rotated: of direct light, and of the light that surfaces reflect.
     light: [Vec<[f32; 3]>; 2],
     radiance: Vec<GroupRadiance>,
-    /// Group by group: radiance as harmonics of the normal, where it is known for others than the site's own.
+    /// Group by group: radiance as harmonics of the normal, where vectors for other normals were baked.
     by_normal: Vec<[GroupRadiance; HARMONICS]>,
 }
 
 impl Frame {
-    /// In the memory of the frame before: new memory is cleared page by page, which takes about as long as
-    /// the sums.
+    /// Computes the sums in the memory of the frame before: new memory is cleared page by page, which takes
+    /// about as long as the sums.
     pub(super) fn update(&mut self, b: &Bake<PrtDiffuse>, v: &View) {
         let (bands, vectors) = (b.params.bands, &*b.transfer);
         if vectors.is_empty() {
@@ -71,7 +71,7 @@ fn interpolated(f: &Frame, q: &Points<'_>, i: usize) -> [f32; 3] {
     transport::gather(q, i, |s| f.radiance.get(s as usize / GROUP).map(|l| of(l, s)).unwrap_or_default())
 }
 
-/// What a normal gets more that is not the surface's own, which stands in the chart.
+/// Radiance of the shading normal less that of the geometric normal, which is stored in `chart`.
 fn bumped(f: &Frame, q: &Points<'_>, i: usize) -> [f32; 3] {
     let own = [0, 1, 2].map(|k| q.chart[k][i]);
     let d = difference(q.n.map(|c| c[i]), own);
@@ -170,7 +170,7 @@ fn sum_wgsl(form: Form) -> String {
     )
 }
 
-/// What a bumped normal gets more, Σ_i L_i Σ_k d_k T_ki.
+/// WGSL text of the radiance that a bumped normal adds, Σ_i L_i Σ_k d_k T_ki.
 fn bumped_wgsl(form: Form) -> String {
     let (n, first) = (form.n, form.by_normal());
     let mut terms = String::new();

@@ -6,20 +6,20 @@ use crate::shared::maths::number::Number;
 use steradian_parallel::prelude::*;
 use steradian_simd::{Arch, Kernel, Vector, prefetch, run};
 
-/// Groups of sites that are one task of a thread.
+/// Groups of sites in a task of a thread.
 const BLOCK: usize = 64;
 
 /// Radiance of the sites of a group, by channel.
 pub type GroupRadiance = [[f32; GROUP]; 3];
 
-/// What the vectors of a site are.
+/// Layout of a site's vectors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Form {
     /// Coefficients of a vector.
     pub(super) n: usize,
     /// Vectors of reflected light: none, one, or one for each channel.
     pub(super) reflected: usize,
-    /// Are there vectors of other normals behind them?
+    /// Do vectors for other normals follow?
     pub(super) normals: bool,
 }
 
@@ -36,16 +36,16 @@ impl Form {
     }
 }
 
-/// What is summed: of which vectors of a site, with which light.
+/// Operands of the sums: some vectors of a site, and the light.
 #[derive(Clone, Copy)]
 pub struct Sums<'a> {
-    /// What the vectors are.
+    /// Layout of the vectors.
     pub form: Form,
-    /// Light that arrives straight, and such as is reflected.
+    /// Direct light, and the light that surfaces reflect.
     pub light: &'a [Vec<[f32; 3]>; 2],
     /// The vectors of all sites.
     pub vectors: &'a Grouped,
-    /// The first number of a site that counts.
+    /// Offset, within a site's numbers, of the first vector that is summed.
     pub first: usize,
 }
 
@@ -99,7 +99,8 @@ fn group<A: Arch, T: Number>(
 ) {
     let (n, lanes, whole) = (form.n, A::F32::LANES, A::F32::LANES == GROUP);
     let all = &numbers[..(1 + form.reflected) * n * GROUP];
-    // The next group's vectors are asked for, as those of matrices are; what it gains was not measured apart.
+    // The next group's vectors are prefetched, as those of matrices are; the gain was not measured
+    // separately.
     for at in (0..all.len()).step_by(64 / size_of::<T>()) {
         prefetch(numbers, stride * GROUP + at);
     }
@@ -143,7 +144,7 @@ fn add_two<A: Arch, T: Number>(t: &[T], light: &[[f32; 3]], lane: usize, l: &mut
     }
 }
 
-/// The same of registers that hold a group, even and odd coefficients apart.
+/// The sums by registers that hold a whole group, of even and of odd coefficients separately.
 #[inline(always)]
 fn add_whole<A: Arch, T: Number>(t: &[T], light: &[[f32; 3]], l: &mut [[A::F32; 3]; 2]) {
     let mut pairs = t.chunks_exact(2 * GROUP);

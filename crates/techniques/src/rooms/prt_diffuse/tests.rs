@@ -14,7 +14,8 @@ fn ring() -> Mesh {
     shapes::torus(0.7, 0.3, 24)
 }
 
-/// The certificate is of paths through the mesh: far below what is lost without visibility, and above zero.
+/// The certificate is measured by paths through the mesh: far below the error without visibility, and above
+/// zero.
 #[test]
 fn the_certificate_sees_shadows() {
     let mesh = ring();
@@ -23,7 +24,7 @@ fn the_certificate_sees_shadows() {
     assert!(c.error < 0.03 && c.error > 1e-4, "{}", c.error);
     assert!(c.metric.contains("points of the mesh"));
     let sunny = bake(&lights::sunny(), &mesh, &[]);
-    // Both hold what interpolation between vertices loses; five bands lose more of a sun.
+    // Both include the error of interpolation between vertices; five bands lose more of a sun.
     assert!(sunny.certificate().error > 1.3 * c.error, "{} {}", sunny.certificate().error, c.error);
 }
 
@@ -41,8 +42,8 @@ fn reflected_light_is_that_of_paths() {
     }
 }
 
-/// Sites in one slot of the mesh get what they get among all, also of light that the others reflect; the
-/// others get nothing.
+/// A bake of one slot of the mesh gives that slot's sites the data that a bake of all gives them, also where
+/// light is reflected by other slots, whose own sites get none.
 #[test]
 fn slots_have_the_data_that_they_have_among_all() {
     let mut low = ring();
@@ -65,7 +66,7 @@ fn slots_have_the_data_that_they_have_among_all() {
         if bounces == 1.0 {
             assert!(got[..first].iter().all(|l| *l == [0.0; 3]));
         }
-        // Its points lie in the slot that has data.
+        // The certificate's points lie in the slot that has data.
         assert!(part.certificate().error < 0.1, "{bounces}: {}", part.certificate().error);
     }
 }
@@ -82,7 +83,7 @@ fn objects_turned_are_lights_turned_back() {
     let moved = mesh.transformed(&glam::Affine3A::from_mat3(r));
     let turned = at_vertices(&*bake(&light, &moved, &[("precision", 1e-3)]), &moved);
     let far = farthest(&turned_back, &turned);
-    // Rays of their own: each within the precision, times the light.
+    // The two bakes cast different rays: each is within the precision, times the light.
     assert!(far < 3e-3, "{far}");
 }
 
@@ -139,11 +140,11 @@ fn flat_bumps_are_none() {
         bare.chart = Default::default();
         assert_eq!(flat, of(&*b, &bare), "{bounces}");
         if bounces == 1.0 {
-            // Rays of their own, each within the precision, times the light.
+            // The two bakes cast different rays: each is within the precision, times the light.
             let far = flat.iter().flatten().zip(plain.iter().flatten()).map(|(a, b)| (a - b).abs());
             assert!(far.fold(0.0, f32::max) < 5e-3);
         }
-        // What is saved is loaded whole.
+        // A bake loads completely.
         let again = find("prt_diffuse").unwrap().load(&b.save()).unwrap();
         assert_eq!(of(&*again, &q), flat);
     }
@@ -166,7 +167,8 @@ fn a_normal_map_asks_for_other_normals() {
     }
 }
 
-/// Bumps beside a box above them get what paths bring them, which the mesh's normals do not.
+/// Bumps next to a box that rises above them get the irradiance that paths find, which the mesh's normals do
+/// not.
 #[test]
 fn bumps_in_a_shadow_are_those_of_paths() {
     use steradian_reference::path::{PathOptions, PathPoint, PathScene, trace_points};
@@ -211,7 +213,7 @@ fn points_without_sites_are_black() {
     crate::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
 }
 
-/// Vertices in their order are shaded as the same points one by one, and points that face away stay black.
+/// Vertices in their order are shaded like the same points one by one, and points that face away stay black.
 #[test]
 fn sites_in_their_order_are_points_like_others() {
     let (mesh, light) = (ring(), lights::smooth());

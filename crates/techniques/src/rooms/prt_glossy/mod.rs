@@ -1,5 +1,5 @@
-//! Precomputed radiance transfer of glossy surfaces: what a site sees of any light, by a matrix, and
-//! reflectance on top.
+//! Precomputed radiance transfer of glossy surfaces: a matrix per site that takes any light to the unblocked
+//! light, and reflectance on top.
 //!
 //! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer for Real-Time Rendering in Dynamic,
 //! Low-Frequency Lighting Environments*, section 4.2; STAR04 7.5.1, eqs 53 and 54.
@@ -10,7 +10,7 @@
 //! over the view (Kautz, Sloan & Snyder 2002) turned to the world. For `phong` r = 2(n·wo)n − wo and k_l = 2π
 //! ∫ x₊ⁿ P_l(x) dx of its lobe: a convolution at the mirror direction, without any table (Funk–Hecke); V is
 //! then zero below the horizon, where the lobe ends. Approximated: L and the lobe, by their first bands; V is
-//! what rays find, interpolated between the sites of a triangle. Refused: point lights, and reflections
+//! sampled by rays, and interpolated between the sites of a triangle. Refused: point lights, and reflections
 //! between surfaces, which would need the reflectance in M. Small lights ring: a window over the bands trades
 //! sharpness for that.
 
@@ -97,7 +97,8 @@ impl Technique for PrtGlossy {
         Ok(((), Report::estimated(error, elevations)))
     }
 
-    /// What lies below the horizon is blocked for Phong's lobe, and open for tables.
+    /// Directions below the horizon are blocked for Phong's lobe and open for tables, so the transfer depends
+    /// on the material.
     fn transfer_reads_material(_: &Params) -> bool {
         true
     }

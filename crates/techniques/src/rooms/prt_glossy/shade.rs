@@ -11,7 +11,7 @@ use crate::shared::tables::aligned::Aligned;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use steradian_simd::Arch;
 
-/// The light of a frame, and what of it reaches each site.
+/// The light of a frame, and the transferred light of each site.
 #[derive(Default)]
 pub struct Frame {
     /// factor · L_i, turned.

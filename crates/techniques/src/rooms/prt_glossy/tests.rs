@@ -13,7 +13,7 @@ fn ring() -> Mesh {
     shapes::torus(0.7, 0.3, 24)
 }
 
-/// Against paths through the mesh: what is lost falls with the bands.
+/// Against paths through the mesh the error falls with the bands.
 #[test]
 fn errors_fall_with_the_bands() {
     let mesh = ring();
@@ -24,7 +24,7 @@ fn errors_fall_with_the_bands() {
         b.certificate().figure("error, mean of the probes").unwrap()
     });
     assert!(errors.windows(2).all(|w| w[1] < 0.8 * w[0]), "{errors:?}");
-    // What is left is lost between vertices.
+    // The remaining error is that of interpolation between vertices.
     assert!(errors[2] < 0.08, "{errors:?}");
 }
 
@@ -41,11 +41,11 @@ fn objects_turned_are_lights_turned_back() {
     let moved = mesh.transformed(&glam::Affine3A::from_mat3(r));
     let turned = at_vertices(&*bake(&light, &moved, &params), &moved);
     let far = farthest(&turned_back, &turned);
-    // Rays of their own: each within the precision, times the light.
+    // The two bakes cast different rays: each is within the precision, times the light.
     assert!(far < 5e-3, "{far}");
 }
 
-/// Half precision changes what is shaded by its rounding alone.
+/// Half precision changes radiance by its rounding alone.
 #[test]
 fn halves_round() {
     let mesh = ring();
@@ -55,8 +55,8 @@ fn halves_round() {
     assert!(far > 0.0 && far < 3e-3, "{far}");
 }
 
-/// A ball seen along its normals in constant light: ∫ (n·w)₊ⁿ dw = 2π/(n + 1), whatever the bands, because
-/// the half space turns what the lobe has below the horizon by parity.
+/// A ball seen along its normals in constant light: ∫ (n·w)₊ⁿ dw = 2π/(n + 1), whatever the number of bands:
+/// by parity, the half space folds the part of the lobe's series below the horizon onto the upper one.
 #[test]
 fn a_furnace_is_the_integral_of_the_lobe() {
     let mesh = shapes::icosphere(2);
@@ -73,8 +73,8 @@ fn points_without_sites_are_black() {
     crate::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
 }
 
-/// Reflectance but phong by a table: what `prt_brdf` shades, whose matrices hold the turn into the frames of
-/// sites, at the vertices, where both see the same; one channel and three.
+/// A reflectance other than phong, by a table, gives at the vertices what `prt_brdf` gives, whose matrices
+/// include the rotation into the sites' frames; for one channel and for three.
 #[test]
 fn tables_shade_what_turned_matrices_do() {
     let mesh = ring();
@@ -109,7 +109,7 @@ fn a_ball_is_shaded_as_in_the_open() {
     }
 }
 
-/// Few bands are phong's alone, and the message says so.
+/// Only `phong` accepts few bands, and the message of refusal says so.
 #[test]
 fn tables_want_three_bands() {
     let m = Material::new(steradian_brdf::parse("ggx:alpha=0.4").unwrap());

@@ -18,11 +18,11 @@ params! {
     /// The parameters.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
-        /// Intervals per cube edge; what the tolerance needs where `None`.
+        /// Intervals per cube edge; where `None`, as many as the tolerance needs.
         pub size: Option<usize> = ParamInfo::whole("size", [1.0, 512.0], 0.0, "intervals per cube edge of each of the twelve maps; auto: what the tolerance needs, at most 64").auto(0.0).unit("texels"),
         /// Is the Lambertian part split off?
         pub diffuse_split: bool = ParamInfo::switch("diffuse_split", true, "the Lambertian part of the reflectance has a map of its own, looked up by n; off: as published"),
-        /// What the warp keeps: 0 the normal, 1 the mirror direction.
+        /// Direction that the warp keeps: 0 the normal, 1 the mirror direction.
         pub warp: usize = ParamInfo::choice("warp", &["normal", "mirror-direction"], "what the warp from one view to another keeps").numbered(0.0).preset("mirror-direction"),
     }
 }
@@ -40,7 +40,7 @@ fn tolerance(task: &Task) -> f64 {
     task.tolerance().unwrap_or(TOLERANCE).clamp(1e-4, 0.1)
 }
 
-/// What a view sees of a material.
+/// The slices of a material, from which the image of any view follows.
 pub(super) fn seen(m: &Material, p: &Params, task: &Task) -> Result<Seen, BakeError> {
     Ok(Seen::bake(m, p.diffuse_split, tolerance(task), ORDER, task)?)
 }
@@ -67,7 +67,7 @@ fn cubes(images: &[ViewImage], size: usize) -> Vec<EdgeCube> {
     images.iter().map(|v| EdgeCube::from_fn(size, |r| v.towards(r))).collect()
 }
 
-/// Relative RMS difference between lookups and what they tabulate.
+/// Relative RMS error of lookups in the cubes, against the images.
 fn interpolation(images: &[ViewImage], cubes: &[EdgeCube]) -> f64 {
     let pairs: Vec<_> = images
         .par_iter()
@@ -83,7 +83,8 @@ fn interpolation(images: &[ViewImage], cubes: &[EdgeCube]) -> f64 {
     probe::relative_rms(pairs.into_iter())
 }
 
-/// The maps at the size asked for, or at the smallest one whose interpolation is within the tolerance.
+/// The maps at the size that the parameters give, or at the smallest one whose interpolation error is within
+/// the tolerance.
 fn tabulate(images: &[ViewImage], p: &Params, task: &Task) -> Result<(Vec<EdgeCube>, f64), BakeError> {
     let mut size = p.size.unwrap_or(8);
     loop {
@@ -102,7 +103,8 @@ fn tabulate(images: &[ViewImage], p: &Params, task: &Task) -> Result<(Vec<EdgeCu
     }
 }
 
-/// Sets negative texels, which cut-off series have beside bright light, to 0: their share of the whole.
+/// Clamps negative texels, which truncated series have next to bright light, to 0; returns their share of all
+/// radiance.
 fn clip(cubes: &mut [EdgeCube]) -> f64 {
     let (mut lost, mut all) = (0.0, 0.0);
     for cube in cubes {
@@ -143,7 +145,7 @@ pub fn link(
     let (mut cubes, interpolation) = views(&light.source().coefficients(m.slices.order()), m, p, task)?;
     let diffuse = m.slices.diffuse;
     let split = diffuse != [0.0; 3];
-    // With a part split off, the rest may be negative where it should be.
+    // Without its Lambertian part the reflected light may rightly be negative.
     let clipped = if split || light.source().negative { 0.0 } else { clip(&mut cubes) };
     let irradiance = if split {
         let size = filter::Size::UpTo(LARGEST);

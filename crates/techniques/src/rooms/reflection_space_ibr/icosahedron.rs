@@ -40,7 +40,7 @@ pub fn view(k: usize) -> [f32; 3] {
 
 /// The vertices of the face that contains unit `w`, and w's barycentric weights on the sphere (signed
 /// volumes), which sum to 1. In the octant of w, A = (0, a, b), B = (a, b, 0), C = (b, 0, a) are one face;
-/// beside each of its edges lies a face whose third vertex is the mirror image of one of the two.
+/// each of its edges also belongs to a face whose third vertex is the mirror image of one of the edge's two.
 #[inline(always)]
 pub fn around(w: [f32; 3]) -> ([usize; 3], [f32; 3]) {
     let [sx, sy, sz] = w.map(|c| usize::from(c < 0.0));

@@ -14,7 +14,7 @@
 //! With `warp` = 0 it is the normal that the warp keeps, STAR04's other choice: n_i = n, over the views that
 //! see the surface, the less the nearer it is to their horizon.
 //!
-//! The one factor approximated is the dependence on the view beside that through r. For a Lambertian surface
+//! The one factor approximated is the dependence on the view other than through r. For a Lambertian surface
 //! it is all wrong (it depends on n, not on r), so with `diffuse_split` (the default) the largest Lambertian
 //! part of the reflectance is looked up by n in a map of its own. V = 1. Radiance in W sr⁻¹ m⁻². Refused:
 //! anisotropic reflectance, point lights.

@@ -8,10 +8,10 @@ use crate::shared::points::batch::{self, Point};
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::{GpuTechnique, Points, Radiance, Technique};
 
-/// Views that see a surface at less than this cosine count the less, and not at all from behind.
+/// Views that see a surface at a cosine below this get less weight, and none from behind.
 const SEEN: f32 = 0.1;
 
-/// Where the map of view `k` shows the normal `n`, and the share of its weight that counts.
+/// Direction in which the map of view `k` holds the normal `n`, and the share of its weight that counts.
 #[inline(always)]
 fn same_normal(k: usize, n: [f32; 3]) -> ([f32; 3], f32) {
     let v = view(k);

@@ -62,8 +62,8 @@ fn lambert_is_wrong_as_published_and_right_when_split_off() {
     assert!(split < 0.01, "{split}");
 }
 
-/// The warp that keeps n: right for what depends on n alone, exact at the twelve views, and wrong where r
-/// rules.
+/// The warp that keeps n: right for reflectance that depends on n alone, exact at the twelve views, and wrong
+/// for glossy reflectance, which depends on r.
 #[test]
 fn the_warp_may_keep_the_normal() {
     let lights = lights::studio();
@@ -80,7 +80,7 @@ fn the_warp_may_keep_the_normal() {
     assert!(off > 0.2, "{off}");
 }
 
-/// B_i towards r = −wo_i is finite and within what lies around it.
+/// B_i towards r = −wo_i is finite and within the range of its surroundings.
 #[test]
 fn the_singular_direction_holds_the_mean_around_it() {
     let b = bake(&lights::smooth(), "ggx:alpha=0.3,f0=1", &[]);

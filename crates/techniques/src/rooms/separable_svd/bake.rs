@@ -10,9 +10,9 @@ use steradian_numerics::low_rank::Factors;
 
 /// Tolerance where the user gives none.
 const TOLERANCE: f64 = 0.01;
-/// Terms at most where the tolerance chooses.
+/// Most terms where the tolerance decides.
 const MOST: usize = 8;
-/// Nodes a side where the user says nothing, and where coordinates are tried.
+/// Default number of nodes a side, also for the comparison of coordinates.
 const SIDE: usize = 64;
 const TRIAL: usize = 16;
 
@@ -20,11 +20,11 @@ params! {
     /// The parameters.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
-        /// What x and y are.
+        /// Choice of x and y.
         pub parametrisation: usize = ParamInfo::choice("parametrisation", &["auto", "hd", "vl", "hv"], "what x and y are: half vector and difference vector, view and light, or half vector and view; auto: what takes the fewest terms").numbered(0.0),
-        /// How the tables are found.
+        /// Method of the decomposition.
         pub method: usize = ParamInfo::choice("method", &["svd", "nd"], "how the tables are found: singular value decomposition, or normalised decomposition, one term of means").numbered(0.0),
-        /// Number of terms; what the tolerance needs where `None`.
+        /// Number of terms; where `None`, as many as the tolerance needs.
         pub terms: Option<usize> = ParamInfo::whole("terms", [1.0, 32.0], 0.0, "terms of the sum; auto: what the tolerance needs, 1 to 8").auto(0.0),
         /// Entries a side; 64 where `None`.
         pub resolution: Option<usize> = ParamInfo::whole("resolution", [8.0, 96.0], 0.0, "entries of each table a side, fewer where symmetry allows; auto: 64").auto(0.0),
@@ -50,7 +50,7 @@ pub struct Tables {
     pub fours: bool,
     /// Number of terms.
     pub terms: usize,
-    /// What h is multiplied with where it is one number.
+    /// Colour that h is multiplied with where its terms are single numbers.
     pub tint: Option<[f32; 3]>,
     /// Relative RMS error of f · ⟨n·wi⟩ at the entries.
     pub residual: f64,
@@ -70,7 +70,7 @@ impl Tables {
         let (x, y) = (coordinates.x, coordinates.y);
         let left = GridStack::new(x.width, x.height, layers, |i, j, k| four(&f.left, k, j * x.width + i));
         let grey = f.right.len() == 1;
-        // What reads fewer layers.
+        // The arrangement that reads fewer layers.
         let fours = !grey && 3 * layers < terms;
         let right = if grey {
             GridStack::new(y.width, y.height, layers, |i, j, k| four(&f.right[0], k, j * y.width + i))
@@ -104,8 +104,8 @@ fn forms(choice: usize, isotropic: bool) -> Vec<Form> {
     }
 }
 
-/// Bytes of the matrices of these coordinates: entries with their weights, three colours, and twice what the
-/// solvers keep.
+/// Bytes of the matrices of these coordinates: entries with their weights, three colours, and twice the
+/// solvers' work space.
 fn memory(c: &Coordinates) -> u64 {
     48 * (c.x.len() * c.y.len()) as u64
 }

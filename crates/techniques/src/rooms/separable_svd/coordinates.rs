@@ -4,7 +4,7 @@ use crate::shared::material::symmetry::Symmetry;
 use crate::shared::tables::hemisphere::{Azimuths, Map, Rows};
 use glam::DVec3;
 
-/// What x and y are.
+/// Choice of x and y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// x = v, y = l.
@@ -12,8 +12,8 @@ pub enum Form {
     /// x = h, y = d: the light in a frame about h whose first axis is the tangent's part across h (Kautz &
     /// McCool 1999).
     HalfDifference,
-    /// The same of isotropic reflectance: x is the angle of h alone, and the first axis of d's frame lies in
-    /// the plane of h and n, to the outside (Rusinkiewicz 1998).
+    /// Half vector and difference for isotropic reflectance: x is the angle of h alone, and the first axis of
+    /// d's frame lies in the plane of h and n, away from n (Rusinkiewicz 1998).
     IsotropicHalfDifference,
     /// x = h, y = v.
     HalfView,
@@ -25,24 +25,23 @@ pub struct Coordinates {
     pub form: Form,
     pub x: Map,
     pub y: Map,
-    /// How high light and view must be for a pair to be seen, as a cosine with the normal. Nearer to the
-    /// horizon, where some models have no bound, a node whose cell reaches below it would stand for far more
-    /// than its cell.
+    /// Least n·l and n·v of a pair that enters the fit. A node closer to the horizon, where some models have
+    /// no bound, has a cell that reaches below it, and would represent far more than the cell.
     pub lowest: f64,
 }
 
-/// Pairs whose light or view lies below the horizon have no reflectance. What stands for it, with next to no
-/// weight, is that of a pair with both this far above.
+/// Pairs whose light or view lies below the horizon have no reflectance. They get, with a negligible weight,
+/// the reflectance of a pair whose cosines with the normal are both at least this.
 const ABOVE: f64 = 0.05;
-/// From which cosine on pairs are seen where cells reach below the horizon.
+/// Least cosine of pairs that enter the fit, where cells reach below the horizon.
 const LOWEST: f64 = 2e-3;
 
-/// A pair of directions that a node stands for.
+/// The pair of directions of a node of x and a node of y.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
     pub wi: DVec3,
     pub wo: DVec3,
-    /// By how much the error of f counts: (n·l)² dω_l dω_v; 0 where a direction lies below the horizon.
+    /// Weight of the squared error of f: (n·l)² dω_l dω_v; 0 where a direction lies below the horizon.
     pub weight: f64,
 }
 
@@ -150,13 +149,13 @@ impl Coordinates {
         matches!(self.form, Form::HalfDifference | Form::IsotropicHalfDifference)
     }
 
-    /// What the table holds over f at a node of y: (h·l)² over (h, d). Microfacets' f grows as its inverse
-    /// where light and view are nearly opposite; without that factor the entries are smooth.
+    /// Factor of f in the table at a node of y: (h·l)² over (h, d). Microfacets' f grows as its inverse where
+    /// light and view are nearly opposite; with the factor the entries are smooth.
     pub fn over(&self, y: &Node) -> f64 {
         if self.over_half() { y.direction.z.powi(2) } else { 1.0 }
     }
 
-    /// What a node of x and one of y stand for.
+    /// The pair of directions of a node of x and a node of y.
     pub fn pair(&self, of: &Node, with: &Node) -> Pair {
         let (x, y) = (of.direction, with.direction);
         let (wi, wo) = self.directions(x, y);
@@ -175,7 +174,7 @@ impl Coordinates {
         Pair { wi, wo, weight: 0.0 }
     }
 
-    /// A pair near what x and y stand for, with both directions above the horizon.
+    /// A pair near that of x and y, with both directions above the horizon.
     fn above(&self, x: DVec3, y: DVec3) -> (DVec3, DVec3) {
         let least = ABOVE.min(0.5 * x.z);
         if self.over_half() {
@@ -221,7 +220,7 @@ mod tests {
                 for (i, j) in (0..c.x.len()).flat_map(|i| (0..c.y.len()).map(move |j| (i, j))) {
                     let p = c.pair(&x[i], &y[j]);
                     assert!(p.wi.z > 0.0 && p.wo.z > 0.0, "{form:?} {i} {j}: {p:?}");
-                    // Of light and view that are nearly opposite single precision knows no h.
+                    // Where light and view are nearly opposite, single precision cannot determine h.
                     if p.weight == 0.0 || p.wi.dot(p.wo) < -0.99 {
                         continue;
                     }

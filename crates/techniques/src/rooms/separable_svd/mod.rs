@@ -7,13 +7,13 @@
 //!
 //! with (x, y) = (v, l), (h, d) or (h, v): h the half vector, d the light in a frame about h (of anisotropic
 //! reflectance with the first axis along the tangent's part across h; of isotropic reflectance in the plane
-//! of h and n, where x is the angle of h alone). Of the matrix M of f at pairs of nodes the terms are those
-//! of least error of f (n·l) over directions of light and view: M counts with weights (n·l)² dω_l dω_v. Over
-//! (v, l) these are products of a weight of v and one of l, and the terms are the singular vectors of √w M,
-//! so that ‖M − M_K‖² = Σ_{k≥K} σ_k². Over (h, d) and (h, v) a pair whose light or view lies below the
-//! horizon is missing, which is not to say 0: there the terms are found one by one, by alternating least
-//! squares over the pairs that exist. `method=nd` is the normalised decomposition, one term without least
-//! squares: g the mean of M over y, h that of M/g over x.
+//! of h and n, where x is the angle of h alone). With M the matrix of f at pairs of nodes, the terms minimise
+//! the error of f (n·l) over directions of light and view, that is the error of M with weights (n·l)² dω_l
+//! dω_v. Over (v, l) these are products of a weight of v and one of l, and the terms are the singular vectors
+//! of √w M, so that ‖M − M_K‖² = Σ_{k≥K} σ_k². Over (h, d) and (h, v) a pair whose light or view lies below
+//! the horizon is missing, which is not the same as 0: there the terms are found one by one, by alternating
+//! least squares over the pairs that exist. `method=nd` is the normalised decomposition, one term without
+//! least squares: g the mean of M over y, h that of M/g over x.
 //!
 //! Approximated: the sum, and both functions bilinear between entries. Sums below 0 count as 0. V is 1 or a
 //! shadow's. Units: f in sr⁻¹, radiance in W sr⁻¹ m⁻². Refused: reflectance that takes light from behind.

@@ -1,4 +1,4 @@
-//! The reflectance at all pairs of nodes, and what it decomposes into.
+//! The reflectance at all pairs of nodes, and its decomposition.
 
 use super::coordinates::{Coordinates, Node};
 use crate::BakeError;
@@ -15,7 +15,7 @@ pub struct Samples {
     pub coordinates: Coordinates,
     /// One matrix where all channels are multiples of one, else three.
     pub colours: Vec<Matrix>,
-    /// What the channels are multiples of, where there is one matrix.
+    /// Colour that the single matrix is multiplied with, where there is one.
     pub tint: [f64; 3],
     /// (n·l)² dω_l dω_v, of sum 1, and next to nothing where a direction lies below the horizon.
     weights: Matrix,
@@ -23,13 +23,14 @@ pub struct Samples {
     marginals: [Vec<f64>; 2],
 }
 
-/// Reflectance above this is this.
+/// Reflectance is clamped to this.
 const MOST: f64 = 1e18;
-/// Share of a node's mean weight that a missing pair has: enough to have a value where nothing else is known.
+/// Weight of a missing pair, relative to its node's mean weight: enough to define a node without any other
+/// pair.
 const FILL: f64 = 1e-7;
-/// Relative difference of channels that counts as none.
+/// Relative difference up to which channels count as proportional.
 const GREY: f64 = 1e-6;
-/// Alternating steps of one decomposition at most, and where they stop.
+/// Most alternating steps of one decomposition, and the change at which they stop.
 const STEPS: usize = 12;
 const ACCURACY: f64 = 1e-2;
 
@@ -57,7 +58,7 @@ impl Samples {
                 marginals[1][j] += w;
             }
         }
-        // A node of which no pair is seen weighs as little as a missing pair does.
+        // A node all of whose pairs are missing weighs as little as a missing pair does.
         let least = [FILL / rows as f64, FILL / columns as f64];
         for (m, least) in marginals.iter_mut().zip(least) {
             m.iter_mut().for_each(|m| *m = m.max(least));
@@ -145,8 +146,8 @@ impl Samples {
         Ok((f, None))
     }
 
-    /// Normalised decomposition: g the mean of M over y, and h that of M/g over x, each of the pairs that are
-    /// seen.
+    /// Normalised decomposition: g the mean of M over y, and h that of M/g over x, both over the pairs that
+    /// are not missing.
     pub fn normalised(&self) -> Factors {
         let (rows, columns) = (self.weights.rows(), self.weights.columns());
         let share = 1.0 / self.colours.len() as f64;
@@ -186,7 +187,7 @@ impl Samples {
     }
 }
 
-/// The colour of which all entries are multiples, the largest channel 1; `None` where there is none.
+/// The colour of which all entries are multiples, its largest channel 1; `None` where they are not.
 fn tint(entries: &[Vec<([f32; 3], f64)>]) -> Option<[f64; 3]> {
     let mut sum = [0.0; 3];
     let values = || entries.iter().flatten().filter(|e| e.1 > 0.0).map(|e| e.0.map(f64::from));

@@ -1,4 +1,4 @@
-//! Two places, and a sum of products of what lies there; `shade.wgsl` has the same functions.
+//! Two places, and a sum of products of the values there; `shade.wgsl` has the same functions.
 
 use super::bake::Tables;
 use super::coordinates::Form;

@@ -38,7 +38,7 @@ fn what_is_left_is_the_sum_of_the_other_squares() {
         let (f, _) = s.decompose([count; 2], 0.0, &Task::quiet()).expect("nobody cancels");
         let others: f64 = all.values[count..].iter().map(|s| s * s).sum::<f64>() / all.square;
         assert!((f.residual / others - 1.0).abs() < 1e-3, "{count}: {} {others}", f.residual);
-        // By the terms themselves.
+        // The error is computed again from the terms themselves.
         let (mut left, mut square) = (0.0, 0.0);
         let [x, y] = [s.coordinates.x, s.coordinates.y].map(|m| Node::all(&m));
         for i in 0..s.coordinates.x.len() {
@@ -73,7 +73,7 @@ fn products_have_rank_one() {
         let s = Samples::new(&product, Coordinates::new(form, symmetry, 16), &Task::quiet())
             .expect("nobody cancels");
         let (f, _) = s.decompose([1, 1], 0.0, &Task::quiet()).expect("nobody cancels");
-        // As far as single precision goes.
+        // Up to single-precision rounding.
         assert!(f.residual.sqrt() < 3e-4, "{form:?}: {}", f.residual.sqrt());
     }
 }
@@ -142,7 +142,8 @@ fn coordinates_are_chosen_by_the_terms_they_take() {
     assert_eq!(tables("minnaert:k=1.4", &[small]).coordinates.form, Form::ViewLight);
 }
 
-/// What is below the horizon is missing, not 0: with zeros in place of it one term of D(h) F(d) would err.
+/// Pairs below the horizon are missing, not 0: with zeros in their place one term of D(h) F(d) would have an
+/// error.
 #[test]
 fn below_the_horizon_is_missing() {
     let t = tables("blinn-phong:n=12", &[("parametrisation", "hd"), ("terms", "1")]);
@@ -156,7 +157,7 @@ fn below_the_horizon_is_missing() {
     }
 }
 
-/// Normalised decomposition: not negative, exact for products whose pairs all exist, never better than least
+/// Normalised decomposition: not negative, exact for products without missing pairs, never better than least
 /// squares.
 #[test]
 fn normalised_decomposition_is_a_mean() {
@@ -187,7 +188,7 @@ fn light_from_behind_is_refused() {
     assert!(why.contains("from above"), "{why}");
 }
 
-/// Tables of every form shade what they were made of.
+/// Tables of every form reproduce their reflectance.
 #[test]
 fn tables_shade_what_they_were_made_of() {
     for (spec, parametrisation, within) in [

@@ -27,7 +27,7 @@ params! {
         pub lights: usize = ParamInfo::whole("lights", [0.0, 64.0], 4.0, "suns at most that are taken out of the light and shaded with the exact reflectance"),
         /// Where the window ends; 0 for none.
         pub window: f64 = ParamInfo::real("window", [0.0, 32.0], 0.0, "band at which a window of Hann ends that takes ringing off the light; 0: none"),
-        /// What stands still.
+        /// Quantity that is static, an index of the choices.
         pub fix: usize = ParamInfo::choice("fix", &FIX, "what stands still: light, which vertices of a mesh then keep in their frames, or view, for which they keep their reflectance; 3 to 6 bands"),
         /// Widths by texel.
         pub widths: Option<FileName> = ParamInfo::file("widths", "image whose red and green are the width or exponent of the lobe along tangent and bitangent (.exr or .pfm for exponents), red alone where the model has one; auto: those of the reflectance").auto(f64::NAN),
@@ -38,7 +38,7 @@ params! {
     }
 }
 
-/// What stands still.
+/// Quantity that is static, so that sites can keep data that depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fix {
     Nothing,
@@ -70,7 +70,7 @@ pub(super) fn views(m: &Material, p: &Params, task: &Task) -> Result<Views, Bake
     Views::vary(slug, m, size, p.halves, places, task)
 }
 
-/// The frames of the sites, where something stands still.
+/// The frames of the sites; none unless light or view is fixed.
 pub(super) fn frames(g: Option<&Geometry>, p: &Params) -> Result<SiteFrames, BakeError> {
     let slug = ShBrdf::CARD.slug;
     let Some(g) = g.filter(|_| p.fix() != Fix::Nothing) else { return Ok(SiteFrames::default()) };
@@ -96,7 +96,7 @@ pub(super) fn link(
     p: &Params,
     task: &Task,
 ) -> Result<(Linked, Report), BakeError> {
-    // Suns apart are shaded with one reflectance.
+    // Suns are shaded separately only where one reflectance holds for all points.
     let apart = Apart::round_suns(light, if m.places.is_some() { 0 } else { p.lights });
     let n = p.bands * p.bands;
     let first = |c: &Vec<f64>| {

@@ -6,10 +6,10 @@
 //! > L_o(wo) = Σ_i L_i c_i(wo),  c_i(wo) = ∫ y_i(wi) f(wi, wo) ⟨n·wi⟩ dwi
 //!
 //! with L_i the light's coefficients in the frame of the point, W sr⁻¹ m⁻². Approximated: L, by its first
-//! bands, and the view, by a table on the paraboloid; V = 1. Of f nothing is lost but what these bands of the
-//! light do not see: no separation, no symmetry. Where its widths vary over the surface, c_i(wo, q) has a
-//! table for each of some widths q. Suns are taken out of the light and shaded with the reflectance itself
-//! (the paper's section 7). Refused: point lights, and highlights along circles too narrow to certify.
+//! bands, and the view, by a table on the paraboloid; V = 1. f is exact up to those bands: no separation, no
+//! symmetry is assumed. Where its widths vary over the surface, c_i(wo, q) has a table for each of some
+//! widths q. Suns are taken out of the light and shaded with the reflectance itself (the paper's section 7).
+//! Refused: point lights, and highlights along circles too narrow to certify.
 
 mod bake;
 mod shade;
@@ -91,7 +91,7 @@ impl Technique for ShBrdf {
         needs: Needs { environment: true, sites: false, uv: false, tangents: true, view: false },
         waived: &[],
     };
-    /// Widths from 0.0001, the least that any model takes, to the largest exponent.
+    /// Map of widths, from 0.0001, the least that any model accepts, or of exponents, to the largest.
     const PLANES: &'static [Plane] = &[Plane::new(view_table::PLANE, Content::Numbers).within(1e-4, 1e8, 2)];
     type Params = Params;
     type Light = SunlitSpectrum;

@@ -1,5 +1,5 @@
-//! The light of a frame, and the sum over coefficients ([`view_table`]); suns on top. Where light or view
-//! stands still (KSS02 section 4), sites keep what does not change.
+//! The light of a frame, and the sum over coefficients ([`view_table`]); suns on top. Where light or view is
+//! static (KSS02 section 4), sites keep the data that depend on it.
 
 use super::ShBrdf;
 use super::bake::Fix;
@@ -21,7 +21,7 @@ pub struct Frame {
     pub(super) kept: Kept,
 }
 
-/// What sites keep.
+/// Data that sites keep.
 #[derive(Default)]
 pub(super) enum Kept {
     /// Nothing: light and view change.
@@ -34,7 +34,7 @@ pub(super) enum Kept {
 }
 
 impl Frame {
-    /// Makes anew what a changed light or viewer changes.
+    /// Recomputes the data that depend on a light or a viewer that has changed.
     pub(super) fn renew(&mut self, b: &Bake<ShBrdf>, v: &View) {
         let turned = self.view.is_none_or(|old| old.light_rotation != v.light_rotation);
         if turned {

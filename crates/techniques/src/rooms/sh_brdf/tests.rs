@@ -192,7 +192,8 @@ fn more_bands_err_less_and_a_window_takes_the_ringing() {
     let error = |bands: f64| bake("sh_brdf", &studio, spec, &[("bands", bands)]).certificate().error;
     let all = [3.0, 5.0, 7.0, 10.0].map(error);
     assert!(all.windows(2).all(|w| w[1] < w[0]), "{all:?}");
-    // A lone window of light: what five bands see of it goes below zero, under a window less so.
+    // A single window of light: its projection to five bands has negative values, smaller ones with a window
+    // over the bands.
     let disk = DiskLight { direction: DVec3::Y, angular_radius: 0.4, radiance: [1.0; 3] };
     let lamp = Lights { disks: vec![disk], ..Lights::default() };
     let (q, _) = points();
@@ -244,8 +245,8 @@ fn typed(fix: &str, halves: bool, g: &Geometry) -> Bake<ShBrdf> {
     }
 }
 
-/// At vertices, light or view fixed, radiance is what it is with both free; and what sites keep is made anew
-/// where that changes which stands still, and only there.
+/// At vertices, with light or view static, radiance is that with both free; sites' data are recomputed when
+/// the static quantity changes, and only then.
 #[test]
 fn fixed_light_and_fixed_view_keep_what_stands_still() {
     let mesh = Arc::new(steradian_scene::shapes::icosphere(2));
@@ -331,7 +332,7 @@ fn located(q: &mut PointsBuf, uv: impl Fn(usize) -> [f32; 2]) {
     q.uv = [0, 1].map(|k| (0..n).map(|i| uv(i)[k]).collect());
 }
 
-/// Widths that are the same everywhere are one table: that of the reflectance with these widths.
+/// Constant widths give one table: that of the reflectance with these widths.
 #[test]
 fn widths_alike_are_one_reflectance() {
     let (mut q, _) = points();
@@ -343,8 +344,8 @@ fn widths_alike_are_one_reflectance() {
     assert_eq!(b.certificate().details.iter().find(|d| d.0 == "tables").unwrap().1, 1.0);
 }
 
-/// At texels whose widths are a node's, shading is that of the node's reflectance; between them it errs by no
-/// more than was measured, and by a quarter of that with twice the nodes.
+/// At texels whose widths are a node's, shading is that of the node's reflectance; between nodes the error is
+/// within the measured one, and a quarter of that with twice the nodes.
 #[test]
 fn tables_of_a_line_of_exponents_are_those_of_its_nodes() {
     let spec = "ashikhmin-shirley:nu=1,nv=1";
@@ -388,7 +389,7 @@ fn anisotropy_is_a_line_and_two_numbers_are_a_box() {
     let apart = varied(spec, widths(|x, y| [4.0 + 8.0 * x, 4.0 + 8.0 * y]), &[("nodes", 3.0)]);
     assert_eq!(tables(&*apart), 9.0);
     let c = apart.certificate();
-    // What it states holds where nobody looked.
+    // The stated error holds at points where it was not measured.
     let (mut q, frames) = points();
     located(&mut q, |i| [0.17 * i as f32 + 0.03, 0.29 * i as f32]);
     let got = shade(&*apart, &q);
@@ -412,7 +413,7 @@ fn anisotropy_is_a_line_and_two_numbers_are_a_box() {
     }
     let error = (lost / all).sqrt();
     assert!(error < 1.3 * c.error, "{error} {}", c.error);
-    // What is saved is loaded whole.
+    // A bake loads completely.
     let again = find("sh_brdf").unwrap().load(&apart.save()).unwrap();
     assert_eq!(shade(&*again, &q), got);
     assert!(again.is_textured());

@@ -12,7 +12,7 @@ use steradian_light::Lights;
 use steradian_prefilter::{Cosine, SmallLight, Zonal, probe, source};
 use steradian_sphere::sh::{self, ShRgb};
 
-/// Highest band that the estimate of the error looks at.
+/// Highest band that enters the error estimate.
 const ORDER: usize = 24;
 
 /// The light's spectrum up to `ORDER`; shading uses bands 0 to 2.

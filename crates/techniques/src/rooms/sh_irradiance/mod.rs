@@ -8,7 +8,7 @@
 //! with homogeneous n = (x, y, z, 1); L in W sr⁻¹ m⁻². Approximated: L, by its bands 0 to 2 (band 3 of
 //! irradiance is zero, so the first band missed is 4). V = 1; f is exact. Refused: any reflectance but
 //! Lambert's, and point lights. Behind a lone small light the sum falls below zero (by 4 % of the peak); it
-//! is not clamped, and the certificate says how low it goes.
+//! is not clamped, and the certificate states the negative part.
 
 mod bake;
 mod shade;

@@ -10,16 +10,16 @@
 //!
 //! > Σ = (α_x² + α_y²)/4 I + (α_x² − α_y²)/4 (cos 2φ, sin 2φ; sin 2φ, −cos 2φ)
 //!
-//! is all that the models need of widths and tangent: Ward's exponent and GGX's are ½ sᵀΣ⁻¹s, their peaks
-//! have √det Σ for α_x α_y/2, GGX's masking √(2 wᵀΣw + w_z²), and (n·h)ᴺ is taken as Σ = I/N. Σ does not know
-//! t from −t, nor any tangent where α_x = α_y, and is the same where t is turned by 90° and the widths are
-//! swapped. It averages under a footprint, and what the slopes of the normals scatter there adds to it (LEAN
-//! mapping); factors and albedo average as they are. Nothing is approximated at the texels. Where n' turns
-//! away from the viewer it is bent back, as other shading normals are. Units: f in sr⁻¹, radiance in W sr⁻¹
-//! m⁻². Lafortune's lobe (C ∘ v·l)ⁿ has C in place of Σ, with the same turned form in the tangent plane; what
-//! the normals scatter adds twice its trace to 1/n, since a mirror turns light twice as far, and the lobe
-//! keeps its integral. Refused: other models than `ward`, `ggx`, `blinn-phong-gl` and `lafortune` of one lobe
-//! whose C and n are those of all channels.
+//! determines the models' dependence on widths and tangent: Ward's exponent and GGX's are ½ sᵀΣ⁻¹s, their
+//! peaks have √det Σ for α_x α_y/2, GGX's masking √(2 wᵀΣw + w_z²), and (n·h)ᴺ is taken as Σ = I/N. Σ does
+//! not distinguish t from −t, is independent of the tangent where α_x = α_y, and unchanged where t is turned
+//! by 90° and the widths are swapped. It averages linearly under a footprint, and the covariance of the
+//! normals' slopes there adds to it (LEAN mapping); factors and albedo average as they are. Nothing is
+//! approximated at the texels. Where n' turns away from the viewer it is bent back, as other shading normals
+//! are. Units: f in sr⁻¹, radiance in W sr⁻¹ m⁻². Lafortune's lobe (C ∘ v·l)ⁿ has C in place of Σ, with the
+//! same turned form in the tangent plane; the covariance of the normals adds twice its trace to 1/n, since a
+//! mirror turns light twice as far, and the lobe keeps its integral. Refused: other models than `ward`,
+//! `ggx`, `blinn-phong-gl` and `lafortune` of one lobe whose C and n are those of all channels.
 
 mod bake;
 mod error;

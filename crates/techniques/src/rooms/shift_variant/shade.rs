@@ -9,7 +9,7 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 
 const TINY: f32 = 1e-18;
 
-/// What a point has.
+/// Data of a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Texel {
     /// Tangent, bitangent and normal of the bump.
@@ -20,9 +20,9 @@ pub struct Texel {
     sigma: [f32; 3],
     inverse: [f32; 3],
     root: f32,
-    /// Of (n·h)ᴺ: what widening takes of the peak.
+    /// For (n·h)ᴺ: the factor by which widening lowers the peak.
     peak: f32,
-    /// Of Lafortune's lobe: C along the normal, and n.
+    /// For Lafortune's lobe: C along the normal, and n.
     lobe: [f32; 2],
     specular: [f32; 3],
     albedo: [f32; 3],
@@ -43,7 +43,7 @@ pub(super) fn texel(t: &Varied, at: Place, wo: [f32; 3]) -> Texel {
     let n = bumps::facing([x / length, y / length, 1.0 / length], wo);
     let [a, b] = bumps::frame(n);
     let frame = [a, b, n];
-    // What the normals' slopes scatter; of one normal it is rounding.
+    // Covariance of the normals' slopes; of a single normal it is rounding.
     let scatter = [moments[0] - x * x, moments[1] - x * y, moments[2] - y * y];
     let real = scatter[0] + scatter[2] > 1e-5 * (1e-3 + moments[0] + moments[2]);
     let sigma: [f32; 3] = if real { std::array::from_fn(|k| own[k] + scatter[k]) } else { own };

@@ -54,7 +54,8 @@ fn constant_textures_are_the_plain_model() {
     }
 }
 
-/// Equal widths know no tangent, and a tangent turned by 90° with the widths swapped is the same, to the bit.
+/// With equal widths the tangent has no effect, and a tangent turned by 90° with the widths swapped gives the
+/// same bits.
 #[test]
 fn tangents_are_what_widths_make_of_them() {
     let at = Place::default();
@@ -123,7 +124,7 @@ fn lobes_of_lafortune_turn_with_the_tangent() {
     let refused =
         materials(&*steradian_brdf::parse("lafortune:@skin").expect("a spec")).expect_err("three lobes");
     assert!(refused.contains("lafortune_svbrdf"), "{refused}");
-    // Normals that scatter under a footprint widen the lobe: less at its peak, more beside it.
+    // Normals that scatter under a footprint widen the lobe: less at its peak, more around it.
     let rough = |i: usize, _: usize| [0.5 + 0.5 * (i as f64 * 1.7).sin(); 3];
     let spec = "lafortune:cx=-1,cy=-1,cz=1,n=100,ks=1";
     let (flat, rough) = (

@@ -18,18 +18,18 @@ use steradian_brdf::central::{Argument, Centre};
 
 const HIGHEST: HighestP = HighestP { usual: 5, asked: 8, zonal: 30 };
 
-/// What shading reads.
+/// Data that shading reads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReflectionMaps {
     /// The central direction.
     pub centre: Centre,
-    /// What y_pq are functions of.
+    /// The direction that y_pq are functions of.
     pub of: Argument,
     /// y_pq with its orders P and Q.
     pub harmonics: Harmonics,
     /// B_pq over C.
     pub maps: Bundle,
-    /// What multiplies their sum.
+    /// Factor of the sum, by elevation.
     pub scale: ScaleTable,
     /// Radiance of the diffuse part over n.
     pub diffuse: Option<Bundle>,

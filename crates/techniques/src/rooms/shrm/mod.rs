@@ -1,14 +1,14 @@
 //! Spherical harmonic reflection maps, the local form.
 //!
-//! Ramamoorthi & Hanrahan (2002), *Frequency Space Environment Map Rendering*, section 5.4: B(C, wo') =
-//! Σ_{p ≤ P} Σ_{|q| ≤ p} B_pq(C) y_pq(wo') (5.10), where B_pq(C) = Σ_l ρ̂_lp|q| L'_lq(C) (5.9) are maps over
-//! the central direction C (the mirror direction of wo, the normal, or the tangent) and wo' is wo in the
-//! frame about C. What is approximated: the variation with the view, cut at order P, and all frequencies
-//! beyond F. Beyond the paper: about the mirror direction y_pq are functions of n', half way from C to wo',
-//! so that they tell grazing views apart; ρ̂ is a fit weighted by elevation of f_cos over its albedo, which
+//! Ramamoorthi & Hanrahan (2002), *Frequency Space Environment Map Rendering*, section 5.4: B(C, wo') = Σ_{p
+//! ≤ P} Σ_{|q| ≤ p} B_pq(C) y_pq(wo') (5.10), where B_pq(C) = Σ_l ρ̂_lp|q| L'_lq(C) (5.9) are maps over the
+//! central direction C (the mirror direction of wo, the normal, or the tangent) and wo' is wo in the frame
+//! about C. Approximated: the variation with the view, truncated at order P, and all frequencies beyond F.
+//! Beyond the paper: about the mirror direction y_pq are functions of n', half way from C to wo', so that
+//! they differ between grazing views; ρ̂ is a fit weighted by elevation of f_cos over its albedo, which
 //! shading multiplies back; a diffuse part may take a map of its own about n; orders follow from the spectrum
-//! of the light at hand; and where a sun asks for more than they hold, it is taken out of the light and
-//! shaded with the exact reflectance ([`crate::shared::light::apart`]). Radiance in W sr⁻¹ m⁻². Refused:
+//! of the light at hand; and where a sun needs higher orders than the maps have, it is taken out of the light
+//! and shaded with the exact reflectance ([`crate::shared::light::apart`]). Radiance in W sr⁻¹ m⁻². Refused:
 //! anisotropic reflectance (but Kajiya–Kay and Banks's map, about the tangent), point lights.
 
 mod bake;

@@ -1,5 +1,5 @@
-//! One lookup along C for all maps, summed with y_pq(wo'), and the suns apart; `shade.wgsl` has the same
-//! functions.
+//! One lookup along C for all maps, summed with y_pq(wo'), and the suns that are shaded exactly; `shade.wgsl`
+//! has the same functions.
 
 use super::Shrm;
 use crate::gpu::{Entry, Uniform, Value};

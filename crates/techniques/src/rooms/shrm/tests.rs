@@ -6,7 +6,7 @@ use steradian_brdf::dfg;
 use steradian_light::DirectionalLight;
 use steradian_prefilter::{GgxMirror, Zonal};
 
-/// RH02 5.4: a radially symmetric lobe needs the constant term alone; what depends on t·wi and t·wo needs
+/// RH02 5.4: a radially symmetric lobe needs the constant term alone; a function of t·wi and t·wo needs
 /// P + 1.
 #[test]
 fn terms_are_as_few_as_the_symmetry_allows() {
@@ -69,8 +69,8 @@ fn a_small_sun_is_held_up_to_60_degrees() {
     }
 }
 
-/// A sun that maps cannot hold is taken apart, unless F or P are given; what is left is as easy as the sky
-/// without it.
+/// A sun that maps cannot represent is shaded exactly, unless F or P are given; the light without it is as
+/// easy as the sky alone.
 #[test]
 fn a_sun_that_needs_more_than_maps_is_apart() {
     let spec = "microfacet:sigma=0.5";
@@ -86,8 +86,8 @@ fn a_sun_that_needs_more_than_maps_is_apart() {
     suns_turn_and_are_saved(&mut *b);
 }
 
-/// Under constant light nothing but the albedo's table errs, most beyond its last elevation, and the
-/// certificate knows it.
+/// Under constant light the only error is that of the albedo's table, largest beyond its last elevation, and
+/// the certificate includes it.
 #[test]
 fn the_table_of_the_albedo_is_counted() {
     let b = bake("shrm", &lights::furnace(), "ggx:alpha=0.25,f0=0.9/0.6/0.3", &[], None);
@@ -142,8 +142,8 @@ fn halves_change_little_and_are_what_is_saved() {
     assert_eq!(crate::trial::shade(&*loaded, &points), halved);
 }
 
-/// A tolerance that no orders meet costs no more than what reaches about the same error: here P = 8 at the
-/// finest spacing took 290 MB. And a looser tolerance costs no more than a stricter one.
+/// A tolerance that no orders meet costs no more than orders of about the same error: once P = 8 at the
+/// finest spacing took 290 MB here. And a looser tolerance costs no more than a stricter one.
 #[test]
 fn a_missed_tolerance_is_not_paid_for() {
     let mut light = lights::smooth();

@@ -16,9 +16,10 @@ use steradian_base::{ParamError, ParamInfo, ParamValues, Task};
 use steradian_brdf::central::{Argument, Centre};
 use steradian_prefilter::edge_cube::spacing;
 
-/// 36 cubes are 216 of the 256 layers that every GPU has, 41 are 246; strands need one for each p.
+/// Highest P: 36 cubes (P = 5) have 216 of the 256 layers that every GPU supports; strands, which need one
+/// cube for each p, 41 with 246.
 const HIGHEST: HighestP = HighestP { usual: 5, asked: 5, zonal: 40 };
-/// Texels per edge at most where the tolerance decides.
+/// Most texels per edge, where the tolerance decides.
 const MOST: usize = 256;
 
 const DISTANT: ParamInfo = ParamInfo::switch(
@@ -32,7 +33,7 @@ const DISTANT: ParamInfo = ParamInfo::switch(
 pub struct Params {
     /// Orders and resolutions.
     pub orders: Orders,
-    /// One map per frame.
+    /// Is the viewer far away, so that one map is made per frame?
     pub distant: bool,
 }
 
@@ -59,24 +60,24 @@ impl steradian_base::Params for Params {
     }
 }
 
-/// What shading reads.
+/// Data that shading reads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cubes {
     /// The central direction.
     pub centre: Centre,
-    /// What y_pq are functions of.
+    /// The direction that y_pq are functions of.
     pub of: Argument,
     /// y_pq up to P: in world directions, or, where q = 0 alone is left, about C, which needs no frame.
     pub harmonics: Harmonics,
     /// B̂_pq over C.
     pub maps: Bundle,
-    /// What multiplies their sum.
+    /// Factor of the sum, by elevation.
     pub scale: ScaleTable,
     /// Radiance of the diffuse part over n.
     pub diffuse: Option<Bundle>,
     /// Suns that no map holds.
     pub suns: Vec<Sun>,
-    /// One map per frame?
+    /// Is the viewer far away, so that one map is made per frame?
     pub distant: bool,
     halves: bool,
 }

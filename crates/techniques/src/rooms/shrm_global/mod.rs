@@ -5,9 +5,9 @@
 //! Unlike the local maps, which turn with the frame, B̂_pq are smooth functions of the sphere and fit cubes.
 //! With `distant`, the viewer is far away: every frame sums them into one reflection map B̂(C) = Σ_pq
 //! B̂_pq(C) y_pq(−forward) (5.35), which shading looks up once. As in the local form y_pq are functions of n
-//! rather than of wo, n ∝ C − forward in the frame's map; and where q = 0 alone is left, as for strands, B_p0
-//! is a function of the sphere already: P + 1 cubes hold it. Suns that need more than the orders hold are
-//! shaded with the exact reflectance, as in the local form. What is approximated: as in the local form,
+//! rather than of wo, n ∝ C − forward in the frame's map; and where only q = 0 is needed, as for strands,
+//! B_p0 is a function of the sphere already: P + 1 cubes hold it. Suns that need higher orders than the maps
+//! have are shaded with the exact reflectance, as in the local form. Approximated: as in the local form,
 //! orders P and F; with `distant`, the view too. Radiance in W sr⁻¹ m⁻². Refused: anisotropic reflectance
 //! (but Kajiya–Kay and Banks's map), point lights.
 

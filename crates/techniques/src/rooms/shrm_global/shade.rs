@@ -45,8 +45,8 @@ fn half(c: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 }
 
 impl Cubes {
-    /// What y_pq are evaluated at: the view or the normal, in the light's frame, about C where q = 0 alone is
-    /// left.
+    /// Argument of y_pq: the view or the normal, in the light's frame, or where q = 0 alone is needed its
+    /// cosine with C.
     #[inline(always)]
     fn seen(&self, c: [f32; 3], wo: [f32; 3], n: [f32; 3]) -> [f32; 3] {
         let of = if self.of == Argument::View { wo } else { n };

@@ -80,7 +80,7 @@ fn strands_take_a_cube_for_each_p() {
     assert!(error < 0.05 && b.certificate().error < 0.05, "{error} {}", b.certificate().error);
 }
 
-/// The far viewer's one map too has its sun beside it.
+/// The single map of the distant viewer leaves suns to exact shading too.
 #[test]
 fn suns_are_apart_from_cubes() {
     let light = lights::sunny();

@@ -18,7 +18,7 @@ use steradian_base::Task;
 use steradian_brdf::central::Centre;
 use steradian_prefilter::shrm::{Plan, Term};
 
-/// γ and the scale, before the components' weights.
+/// Numbers of a row before the components' weights: γ and the scale.
 pub const HEAD: usize = 4;
 
 /// Components of one resolution.
@@ -26,14 +26,14 @@ pub const HEAD: usize = 4;
 pub struct Level {
     /// q of each component, ascending.
     pub q: Vec<u32>,
-    /// Their maps: one for q = 0, else the cosine's and the sine's.
+    /// Maps of these: one for q = 0, else two, for cosine and sine.
     pub maps: Bundle,
 }
 
-/// What shading reads.
+/// Data that shading reads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SliceMaps {
-    /// About the tangent, or near the mirror direction?
+    /// Centre of the expansion: the tangent, or a direction at or near the mirror direction.
     pub centre: Centre,
     /// Numbers of an elevation: γ, the scale, and the weight of each component of all levels.
     pub stride: usize,
@@ -146,7 +146,8 @@ impl Part for SliceMaps {
         if shape[0] < 3 || shape[1] != HEAD + components {
             return Err(bad("curve"));
         }
-        // Suns were disks once, under another name: such a bake would be shaded without them.
+        // Earlier versions saved suns as disks, under another name; such a bake would be shaded without its
+        // suns.
         if from.tensors.contains_key(&format!("{prefix}.disks")) {
             return Err(bad("disks"));
         }
@@ -161,10 +162,10 @@ impl Part for SliceMaps {
     }
 }
 
-/// q is below this.
+/// Number of azimuthal orders q.
 pub const MAX_ORDERS: usize = 256;
 
-/// How a level's texels lie: rows and columns.
+/// Extent of a level's maps: rows and columns.
 pub fn extent(maps: &Bundle) -> [usize; 2] {
     match maps.grid() {
         Grid::Globe { rows, columns } => [rows, columns],

@@ -1,4 +1,4 @@
-//! How much of the light becomes maps, and what is known of the error.
+//! Choice of the part of the light that maps hold, and its error.
 
 use super::components::{Component, Expansion, Limits};
 use super::material::{Params, TOLERANCE};
@@ -12,23 +12,24 @@ use crate::shared::material::kernels::Kernels;
 use crate::shared::shrm::ANGLES;
 use steradian_base::{Elevation, Task};
 
-/// Numbers of disks that are tried.
+/// Candidate numbers of disks that are taken out of the light in addition to suns.
 const COUNTS: [usize; 4] = [8, 32, 64, 128];
-/// Maps hold the light without suns to so many times the tolerance, relative to its own radiance: as few
-/// times as …
+/// Candidate errors of maps, in tolerances, relative to the radiance of the light without suns alone, the
+/// largest first: they are lowered as far as [`AMPLE`] bytes of maps allow.
 const RESTS: [f64; 5] = [6.0, 4.0, 2.5, 1.5, 1.1];
-/// … so many bytes of maps allow, where the user asks for no tolerance, and for this one: bytes grow about
-/// like its inverse.
+/// Bytes of maps up to which errors are lowered: where the user gives no tolerance, and where it is
+/// [`ASKED`]. For a larger tolerance the number falls like its inverse, as the bytes of maps do.
 const AMPLE: [usize; 2] = [8 << 20, 64 << 20];
 const ASKED: f64 = 0.01;
-/// To these where views beyond those that count need it.
+/// Smaller errors, in tolerances, that are tried where the error over all views still misses the tolerance
+/// because of views that do not count.
 const NEARER: [f64; 2] = [0.75, 0.5];
-/// Bytes of maps below which no more disks are looked for, where the tolerance is met.
+/// Where the tolerance is met with fewer bytes of maps than this, no disks are taken out.
 const CHEAP: usize = 4 << 20;
-/// As many disks take as much time as all maps: they must save half of the bytes.
+/// Number of disks whose exact shading takes as long as all maps: so many disks must save half of the bytes.
 const WORTH: f64 = 64.0;
 
-/// What is made into maps, what is not, and the error of both together.
+/// A split of the light into maps and exactly shaded disks, and the error of both together.
 pub struct Choice {
     pub apart: Apart,
     pub expansion: Expansion,
@@ -38,7 +39,7 @@ pub struct Choice {
     error: f64,
     /// Largest squared relative error of an elevation that counts.
     worst: f64,
-    /// Does the rest have more than the tolerance of its own radiance?
+    /// Is the light in maps allowed a larger error than the tolerance of its own radiance?
     lenient: bool,
 }
 
@@ -53,7 +54,8 @@ impl Choice {
     ) -> Self {
         let s = &material.slices;
         let meter = apart.meter();
-        // Radiance that suns dominate tells little of the rest, which maps hold on its own.
+        // Where suns dominate the radiance, errors relative to it would bound those of the maps' own light
+        // poorly.
         let parts = Scaled::totals(s, &meter);
         let least = |(part, total): (&f64, &f64)| part.max(LEAST * total).min(*total);
         let own: Vec<f64> = parts.iter().zip(totals).map(least).collect();
@@ -79,7 +81,8 @@ impl Choice {
         Self { apart, expansion, scale: scaled.scale, report, error, worst, lenient }
     }
 
-    /// By how much the tolerance is missed, in steps of some per cent; then bytes, and time as bytes.
+    /// Cost of a choice: how far the tolerance is missed, in steps of 5 %; then bytes, with the shading time
+    /// of disks counted as bytes.
     fn cost(&self, tolerance: f64) -> (u64, f64) {
         let miss = (self.worst.sqrt() / tolerance).max(1.0);
         let time = 1.0 + self.apart.suns.len() as f64 / WORTH;
@@ -88,7 +91,7 @@ impl Choice {
 }
 
 /// The cheapest choice that meets the tolerance, or the one that misses it least. Suns are always taken out:
-/// cut off at F they ring, which little of the mean square tells.
+/// truncated at F they ring, which the mean square hardly shows.
 pub fn choose(
     light: &SunlitSpectrum,
     material: &Kernels,
@@ -126,8 +129,9 @@ pub fn choose(
     Ok(finer(best, tolerance, ample, &made))
 }
 
-/// The same disks with the rest as near to the tolerance of its own radiance as is `ample`; nearer still
-/// where views beyond those that count spoil the mean of all.
+/// Keeps the disks of `best` and lowers the error of the maps, in the steps of [`RESTS`], as far as `ample`
+/// bytes allow; further, by [`NEARER`], where views that do not count keep the mean over all views above the
+/// tolerance.
 fn finer(mut best: Choice, tolerance: f64, ample: usize, made: &dyn Fn(Apart, f64) -> Choice) -> Choice {
     for rest in RESTS.into_iter().skip(1) {
         if !best.lenient || best.expansion.bytes() > ample / 2 {

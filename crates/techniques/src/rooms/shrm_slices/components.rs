@@ -1,12 +1,13 @@
 //! Few maps for all elevations: principal components of the slices, azimuthal order by azimuthal order.
 //!
-//! Over all frames the light's turned coefficients do not correlate
-//! ([`crate::shared::light::spectral_error`]), so that what a light shows of the rows κ_lq(θ_v) is a matrix
+//! Over all frames the light's rotated coefficients are uncorrelated
+//! ([`crate::shared::light::spectral_error`]), so that the rows κ_lq(θ_v), weighted by a light, form a matrix
 //! with entries κ_lq(θ_v) √(Σ_m L_lm²/(2l + 1)), one row for each elevation, for each q. Its singular vectors
-//! are the maps of which the fewest hold all elevations to a given error (Eckart & Young 1936): κ_lq(θ_v) ≈
-//! Σ_r u_rq(θ_v) v_lrq, r = 1 … R_q. The largest singular values of all q are taken until the tolerance is
-//! met at every elevation that counts; elevations that fare worst are given more weight (Lawson 1961). Each
-//! component gets the resolution at which its share of the lookups' error costs the fewest bytes.
+//! are the maps that represent all elevations to a given error with the fewest of them (Eckart & Young 1936):
+//! κ_lq(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq, r = 1 … R_q. The largest singular values of all q are taken until the
+//! tolerance is met at every elevation that counts; elevations of the largest error are given more weight
+//! (Lawson 1961). Each component gets the resolution at which its share of the lookups' error costs the
+//! fewest bytes.
 
 use super::scaled::{Scaled, both};
 use crate::shared::light::spectral_error;
@@ -14,17 +15,17 @@ use std::f64::consts::PI;
 use steradian_numerics::eigen;
 use steradian_parallel::prelude::*;
 
-/// Shares of the squared tolerance that components, F and lookups may use.
+/// Shares of the squared tolerance for the errors of components, of truncation at F, and of lookups.
 const SHARES: [f64; 3] = [0.55, 0.1, 0.15];
-/// A cut that is little in the mean square is a row of rings beside what is bright: bands go on until what
-/// they have left is this part of the squared tolerance, or to twice as many where a lobe's edge keeps them
-/// from fading.
+/// A truncation error that is small in the mean square shows as rings around bright lights: bands are added
+/// until those left out hold this part of the squared tolerance, or to twice as many where a lobe's edge
+/// keeps them from fading.
 const FADED: f64 = 4e-4;
 /// Rounds of weights by elevation.
 const ROUNDS: usize = 3;
 /// Intervals from pole to pole that components may have.
 const SIZES: [usize; 13] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512];
-/// Components at most.
+/// Most components.
 const MOST: usize = 768;
 
 /// One map (two for q > 0) for all elevations.
@@ -32,9 +33,9 @@ const MOST: usize = 768;
 pub struct Component {
     /// q.
     pub q: usize,
-    /// Its weight at every elevation.
+    /// Weight of the component at every elevation.
     pub u: Vec<f64>,
-    /// Its coefficients per channel, l = 0 … F.
+    /// Coefficients of the component per channel, l = 0 … F.
     pub v: [Vec<f64>; 3],
     /// Intervals from pole to pole.
     pub size: usize,
@@ -68,7 +69,7 @@ pub struct Limits {
     pub bytes: usize,
 }
 
-/// What is made into maps.
+/// The components from which maps are made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expansion {
     /// F.
@@ -80,12 +81,12 @@ pub struct Expansion {
 /// A component before it is chosen.
 struct Candidate {
     q: usize,
-    /// What each of its maps takes off the weighted squared error.
+    /// Reduction of the weighted squared error by each of its maps.
     gain: f64,
-    /// The same by elevation, unweighted, both maps.
+    /// Reduction of the unweighted squared error by elevation, by both maps.
     of: Vec<f64>,
     u: Vec<f64>,
-    /// Coefficients that make v from κ.
+    /// Factors of κ at each elevation in the sum that is v.
     from: Vec<f64>,
 }
 
@@ -166,7 +167,8 @@ fn maps(chosen: &[Candidate]) -> usize {
     chosen.iter().map(|c| if c.q == 0 { 1 } else { 2 }).sum()
 }
 
-/// The candidates taken until no elevation that counts misses more than `most`, and what each still misses.
+/// Takes candidates until no elevation that counts has a squared error above `most`; returns them, and the
+/// remaining squared error of each elevation.
 fn choose(
     scaled: &Scaled<'_>,
     shown: &[TurnedSuns],
@@ -192,14 +194,14 @@ fn choose(
     (taken, left)
 }
 
-/// What a light shows of the rows of one q.
+/// The rows κ_lq of one q at all elevations, weighted by the light.
 struct TurnedSuns {
     q: usize,
-    /// Of κ in each elevation's row.
+    /// Weight of κ in each elevation's row.
     weight: Vec<f64>,
     /// Squared relative error of every elevation without any component.
     whole: Vec<f64>,
-    /// Products of the rows of elevations i ≤ j; empty where all rows are little.
+    /// Scalar products of the rows of elevations i ≤ j; empty where all rows are negligible.
     gram: Vec<Vec<f64>>,
 }
 
@@ -208,7 +210,8 @@ impl TurnedSuns {
         let n = scaled.len();
         let bands = f + 1;
         let grey = |i: usize| (0..3).map(|c| scaled.share(i, c)).sum::<f64>() / 3.0;
-        // Channels count as in the mean over elevations: exact where their ratio is the same at all.
+        // Channels have the mean of their weights over elevations: exact where the ratio of the channels is
+        // constant.
         let channel = |c: usize| {
             (0..n).map(|i| scaled.share(i, c) / grey(i).max(f64::MIN_POSITIVE)).sum::<f64>() / n as f64
         };
@@ -281,7 +284,7 @@ fn component(scaled: &Scaled<'_>, f: usize, c: Candidate) -> Component {
     Component { q: c.q, u: c.u, v, size: 0 }
 }
 
-/// Mean square per channel of what lookups between texels lose of a component, weight 1.
+/// Mean squared error per channel of lookups between the texels of a component of weight 1.
 fn lookups(scaled: &Scaled<'_>, x: &Component, size: usize) -> [f64; 3] {
     let h = PI / size as f64;
     std::array::from_fn(|c| {
@@ -290,13 +293,14 @@ fn lookups(scaled: &Scaled<'_>, x: &Component, size: usize) -> [f64; 3] {
     })
 }
 
-/// Gives each component its size: all together lose at most `most` at every elevation that counts, for the
-/// fewest bytes, or what the allowed bytes let them.
+/// Gives each component its size: the cheapest sizes whose lookups together have a squared error of at most
+/// `most` at every elevation that counts, or the best that the limit of bytes allows.
 fn sizes(scaled: &Scaled<'_>, components: &mut [Component], most: f64, limits: Limits) {
     if limits.size > 0 {
         components.iter_mut().for_each(|c| c.size = limits.size.max(4));
     } else {
-        // By component and size, per elevation and channel; and the largest over elevations that count.
+        // `lost` is the squared error of lookups by component, size and channel; elevations that count are
+        // weighted alike in the mean, and the worst of them decides.
         let counted: Vec<usize> = (0..scaled.len()).filter(|i| scaled.counts(*i)).collect();
         let lost = |x: &Component| SIZES.map(|size| lookups(scaled, x, size));
         let lost: Vec<[[f64; 3]; SIZES.len()]> = components.par_iter().map(lost).collect();

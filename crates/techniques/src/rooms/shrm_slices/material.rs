@@ -11,13 +11,13 @@ use steradian_brdf::central::{CentralError, Centre, Slice, Slices};
 pub const TOLERANCE: f64 = 0.01;
 /// Elevations of the slices, about the mirror direction and about the tangent.
 const ELEVATIONS: [usize; 2] = [41, 81];
-/// The last one: at 90° itself lobes degenerate.
+/// Last elevation, degrees: at 90° itself lobes degenerate.
 const LAST: f64 = 89.5;
 /// Elevations at which centres are chosen.
 const CENTRES: usize = 11;
-/// F and Q to begin with, and where these do not hold the lobe.
+/// F and Q of the slices at first, and larger ones for lobes that need them.
 const ORDERS: [[usize; 2]; 3] = [[64, 16], [128, 32], [255, 64]];
-/// Views up to which they must.
+/// Views up to which they must represent the lobe, degrees.
 const VIEWS: f64 = 86.5;
 
 /// Memory of the maps at most, MiB, without and with a tolerance of the user's.
@@ -35,7 +35,7 @@ params! {
         pub mebibytes: Option<f64> = ParamInfo::real("mebibytes", [0.0, 4096.0], 0.0, "memory of the maps at most: beyond it resolutions fall and the certificate says what that costs; auto: 96, or 320 where a tolerance is asked for").auto(0.0).unit("MiB"),
         /// 16-bit maps.
         pub halves: bool = ParamInfo::switch("halves", false, "maps of 16-bit floats"),
-        /// Small lights apart; by tolerance where `None`.
+        /// Number of small lights that are shaded separately; by tolerance where `None`.
         pub lights: Option<usize> = ParamInfo::whole("lights", [0.0, 256.0], 0.0, "small disks that are taken out of the light and shaded with the exact reflectance; auto: suns, and what else the tolerance needs, at most 128").auto(-1.0),
     }
 }
@@ -48,7 +48,7 @@ impl Params {
     }
 }
 
-/// The place among the elevations, 0 … 1, of an angle between n and wo.
+/// The coordinate, 0 … 1, along the elevations of an angle between n and wo.
 #[inline(always)]
 pub fn place(theta_v: f32) -> f32 {
     const INVERSE: f32 = (180.0 / (LAST * PI)) as f32;
@@ -60,15 +60,15 @@ fn angle(s: f64) -> f64 {
     LAST.to_radians() * (1.0 - (1.0 - s) * (1.0 - s))
 }
 
-/// How far centres lean from the mirror direction to the middle of the lobe (the direction of ∫ f_cos² wi
-/// dwi): a little for lobes, whose tails need fewer q about the mirror direction, all the way for what is
-/// nearly diffuse.
+/// Candidate centres, as a part of the way from the mirror direction to the middle of the lobe (the direction
+/// of ∫ f_cos² wi dwi): a small part for lobes, whose tails need fewer q about the mirror direction, all of
+/// it for reflectance that is nearly diffuse.
 const LEANS: [f64; 2] = [0.3, 1.0];
-/// F and Q at which leans are compared.
+/// F and Q at which these candidates are compared.
 const TRIAL: [usize; 2] = [48, 8];
 
-/// Angle γ between n and C for the places of [`place`] 0 … 1, by the lean that leaves the least energy beyond
-/// Q.
+/// Angle γ between n and C at the coordinates 0 … 1 of [`place`], for that candidate of [`LEANS`] that leaves
+/// the least energy beyond Q.
 fn centres(brdf: &dyn Brdf, task: &Task) -> Result<Vec<f64>, CentralError> {
     let middle = |i: usize| Slice::leaning(brdf, angle(i as f64 / (CENTRES - 1) as f64));
     let middles = (0..CENTRES).map(middle).collect::<Result<Vec<_>, _>>()?;

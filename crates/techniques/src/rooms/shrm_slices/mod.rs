@@ -5,12 +5,13 @@
 //! fails first where reflection is strongest. The same coefficients before their last step (5.22), k_lq(θ_o)
 //! instead of ρ̂_lpq, hold at every elevation: B(C; θ_v, φ_o) = a(θ_v) Σ_{|q| ≤ Q} a_q(φ_o) Σ_r u_rq(θ_v)
 //! B_rq(C), B_rq = Σ_l v_lr|q| L'_lq(C), with a_q = 1, √2 cos qφ, √2 sin |q|φ, a the albedo, and
-//! k_lq(θ_v)/a(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq the fewest products that hold what the light at hand shows of all
-//! elevations (`components`). The centre lies between the mirror direction and the middle of the lobe, where
-//! few q hold it and slices are aligned. Suns, and as many small lights as the tolerance needs, are taken out
-//! of the light and shaded with the exact reflectance ([`crate::shared::light::apart`]). What is
-//! approximated: F, Q, R_q, the lookups, each by its exact error in the mean over frames. Radiance in W sr⁻¹
-//! m⁻². Refused: anisotropic reflectance (but Kajiya–Kay and Banks's map, about the tangent), point lights.
+//! k_lq(θ_v)/a(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq the fewest products that represent all elevations under the given
+//! light (`components`). The centre lies between the mirror direction and the middle of the lobe, where it
+//! needs few q, and the slices of all elevations are aligned. Suns, and as many small lights as the tolerance
+//! needs, are taken out of the light and shaded with the exact reflectance ([`crate::shared::light::apart`]).
+//! Approximated: F, Q, R_q, the lookups, each chosen by its exact error in the mean over frames. Radiance in
+//! W sr⁻¹ m⁻². Refused: anisotropic reflectance (but Kajiya–Kay and Banks's map, about the tangent), point
+//! lights.
 
 mod bake;
 mod choose;

@@ -1,4 +1,4 @@
-//! Where more small disks, taken out of the light beside its suns, help the slices most.
+//! Search for small disks whose removal from the light, in addition to suns, helps the slices most.
 
 use super::scaled::{Scaled, both};
 use crate::shared::light::apart::Apart;
@@ -7,12 +7,12 @@ use steradian_prefilter::Pursuit;
 
 /// Angular radius of the disks, radians: a little less than the sun's, below what the highest band resolves.
 const RADIUS: f64 = 0.004;
-/// Bands that maps hold easily …
+/// Band above which maps of grazing views become expensive; the weight of lower bands is reduced.
 const EASY: f64 = 24.0;
-/// … and views, radians, beyond which slices are hard.
+/// Angle of view, radians, beyond which slices are expensive; only these views count.
 const HARD: f64 = 0.9;
 
-/// The energy of the lobes at hard views, by band and for each coefficient, without the easy bands.
+/// The lobes' energy at such views, by band, per coefficient, with the weight of low bands reduced.
 fn weights(scaled: &Scaled<'_>, order: usize) -> Vec<f64> {
     let s = scaled.s;
     let hard = |i: &usize| scaled.counts(*i) && (s.azimuth == 0 || scaled.angle(*i) > HARD);
@@ -25,7 +25,7 @@ fn weights(scaled: &Scaled<'_>, order: usize) -> Vec<f64> {
             }
         }
     }
-    // What lies beyond the slices' own bands is like their last ones.
+    // Bands beyond the slices' own are assumed to be like the last one.
     let last = w.get(s.order).copied().unwrap_or(0.0);
     w.iter_mut().skip(s.order + 1).for_each(|w| *w = last);
     for (l, w) in w.iter_mut().enumerate() {

@@ -1,26 +1,26 @@
-//! The reflectance's slices over their albedo, and how much of them a light shows.
+//! The reflectance's slices divided by their albedo, weighted by the light of the maps.
 
 use crate::shared::light::spectral_error::SpectralError;
 use std::f64::consts::PI;
 use steradian_brdf::central::{Centre, Slices};
 
-/// Views beyond this angle, radians, count little in what is chosen: lobes degenerate at the horizon.
+/// Views beyond this angle, radians, count little in the choice of orders: lobes degenerate at the horizon.
 const VIEWS: f64 = 1.5;
-/// How much these still count.
+/// Weight of views beyond [`VIEWS`].
 const LITTLE: f64 = 0.1;
 
 /// Slices with albedo and kernels κ = k/albedo, and the light that maps are made for.
 pub struct Scaled<'a> {
     pub s: &'a Slices,
-    /// What maps are made for.
+    /// Mean squares of the light that maps are made for.
     pub rest: &'a SpectralError,
     /// The albedo, or 1.
     pub scale: Vec<[f64; 3]>,
-    /// What squared errors are relative to.
+    /// Mean square radiance of each elevation that squared errors are relative to.
     pub total: Vec<f64>,
 }
 
-/// 1, and 2 where q and −q are both meant.
+/// Number of orders that q stands for: 1 for q = 0, else 2, for q and −q.
 pub fn both(q: usize) -> f64 {
     if q == 0 { 1.0 } else { 2.0 }
 }
@@ -34,7 +34,7 @@ impl<'a> Scaled<'a> {
         Self { s, rest, scale: (0..s.slices.len()).map(scale).collect(), total }
     }
 
-    /// Mean square radiance of every elevation; without any light errors are 0, relative to whatever.
+    /// Mean square radiance of every elevation; 1 without any light, where errors are 0.
     pub fn totals(s: &Slices, light: &SpectralError) -> Vec<f64> {
         let total = |i: usize| Some(light.slice(s, i)).filter(|t| *t > 0.0).unwrap_or(1.0);
         (0..s.slices.len()).map(total).collect()
@@ -55,7 +55,7 @@ impl<'a> Scaled<'a> {
         self.s.centre == Centre::Tangent || self.angle(i) <= VIEWS
     }
 
-    /// How much elevation i counts to begin with.
+    /// Initial weight of elevation i.
     pub fn emphasis(&self, i: usize) -> f64 {
         if self.counts(i) { 1.0 } else { LITTLE }
     }
@@ -66,7 +66,7 @@ impl<'a> Scaled<'a> {
         move |c, l| rows[c][l] * inverse[c]
     }
 
-    /// What a squared difference of κ in channel c counts in the squared relative error of elevation i.
+    /// Factor of a squared difference of κ in channel c in the squared relative error of elevation i.
     pub fn share(&self, i: usize, c: usize) -> f64 {
         self.scale[i][c].powi(2) / self.total[i]
     }
@@ -78,7 +78,7 @@ impl<'a> Scaled<'a> {
         (0..3).map(channel).sum()
     }
 
-    /// What lies beyond the slices' own orders.
+    /// Squared relative error from the energy beyond the slices' own orders.
     pub fn tail(&self, i: usize) -> f64 {
         self.rest.tail(self.s, i) / self.total[i]
     }
@@ -101,7 +101,7 @@ impl<'a> Scaled<'a> {
         (0..=self.s.azimuth).map(of_q).sum::<f64>() / 120.0
     }
 
-    /// Squared relative error of elevation i of a cut at F = 0, 1, …
+    /// Squared relative error of elevation i where the series is truncated at F = 0, 1, …
     pub fn beyond(&self, i: usize) -> Vec<f64> {
         let mut beyond = vec![0.0; self.s.order + 1];
         for q in 0..=self.s.azimuth {

@@ -1,5 +1,5 @@
-//! One lookup a resolution about the point's own centre, and the lights apart; `shade.wgsl` has the same
-//! functions.
+//! One lookup a resolution about the point's own centre, and the lights that are shaded exactly; `shade.wgsl`
+//! has the same functions.
 
 use super::ShrmSlices;
 use super::bake::{HEAD, Level, MAX_ORDERS, SliceMaps, extent};
@@ -88,7 +88,8 @@ pub(super) fn shade(b: &Bake<ShrmSlices>, shown: &TurnedSuns, q: &Points<'_>, ou
         let part = if strands {
             dot(t, p.wo).clamp(-1.0, 1.0).acos() * FRAC_1_PI
         } else {
-            // By the sine too: the cosine alone, rounded, tells angles to 3e-4 near the normal.
+            // The angle is computed from the sine too: the cosine alone, rounded, determines it only to 3e-4
+            // near the normal.
             place(angle(side.1.min(1.0), p.cos_o.min(1.0)))
         };
         let x = part * last;

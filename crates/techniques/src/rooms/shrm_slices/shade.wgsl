@@ -24,8 +24,8 @@ fn lean(n: vec3<f32>, wo: vec3<f32>, cos_o: f32, gamma: f32) -> Leaning {
     return Leaning(n * cos(gamma) - side * sin(gamma), side * cos(gamma) + n * sin(gamma));
 }
 
-// The sum of a level's maps with the weights of its components and of the azimuth; `row` is the elevation before, `x`
-// the part of the way to the next one.
+// The sum of a level's maps with the weights of its components and of the azimuth; `row` is the elevation
+// before, and `x` the fraction of the way to the next one.
 fn level_sum(level: u32, uv: vec2<f32>, phi: vec2<f32>, row: u32, x: f32) -> vec3<f32> {
     let rows = u32(fetch_levels(level, 0u));
     let columns = u32(fetch_levels(level, 1u));

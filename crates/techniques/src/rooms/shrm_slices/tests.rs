@@ -14,7 +14,7 @@ fn places_and_angles_are_inverse() {
     assert_eq!(material::place(std::f32::consts::FRAC_PI_2), 1.0);
 }
 
-/// A radially symmetric lobe is the same at every elevation: two slices of one map; Lambert's too, about n.
+/// A radially symmetric lobe has one shape at every elevation: two slices of one map; Lambert's too, about n.
 #[test]
 fn symmetric_lobes_need_one_map_a_slice() {
     for spec in ["phong-normalized:s=30", "lambert:albedo=0.5"] {
@@ -38,8 +38,8 @@ fn every_elevation_is_within_3_percent() {
     }
 }
 
-/// Under a sun the kernel itself must hold: more orders, the same tolerance. Few frames see the sun, hence
-/// many.
+/// Under a sun the kernel itself must be represented: more orders, the same tolerance. Few frames see the
+/// sun, so many are tried.
 #[test]
 fn a_small_sun_is_held_up_to_80_degrees() {
     let spec = "ggx:alpha=0.36,f0=0.9/0.6/0.3";
@@ -97,8 +97,8 @@ fn suns_are_exact_and_turn() {
     suns_turn_and_are_saved(&mut *b);
 }
 
-/// Where the horizon crosses a sun of a few texels, which lobes that do not end there see in part: points at
-/// which it does, seen from the other side.
+/// The horizon crosses a sun of a few texels, of which lobes that do not end there see a part: at points
+/// where it does, seen from the opposite side.
 #[test]
 fn suns_keep_their_outline_at_the_horizon() {
     let spec = "blinn-phong-gl:n=20";
@@ -127,7 +127,7 @@ fn suns_keep_their_outline_at_the_horizon() {
     assert!(e[0] < 0.03 && e[0] < 0.2 * e[1], "{e:?}");
 }
 
-/// The text of the lights apart stands in a module of its own, beside the reflectance's.
+/// The text of exactly shaded lights is a module of its own, next to the reflectance's.
 #[test]
 fn modules_with_lights_are_valid() {
     for spec in ["ggx:alpha=0.3", "lafortune:@skin", "sgd:gold-paint", "kajiya-kay:s=16"] {

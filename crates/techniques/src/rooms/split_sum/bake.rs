@@ -31,9 +31,9 @@ params! {
     }
 }
 
-/// Highest band of lights with edges, of which more than [`EDGES`] of the energy is beyond [`ORDER`]: enough
-/// for the second level of ten (α = 1/81, k_l about e^(−αl)) to be filtered by bands. Direct sums would take
-/// minutes for its 400 000 texels.
+/// Highest band for lights with edges, that is where more than [`EDGES`] of the energy is beyond [`ORDER`]:
+/// enough for the second level of ten (α = 1/81, k_l about e^(−αl)) to be filtered by bands. Direct sums
+/// would take minutes for its 400 000 texels.
 const BANDS: usize = 767;
 const EDGES: f64 = 1e-3;
 /// Tolerance of the chain where the user gives none.
@@ -79,7 +79,7 @@ impl Light {
     }
 }
 
-/// The part of the image's energy beyond the bands that are known.
+/// The part of the image's energy beyond its computed bands.
 fn beyond(light: &DistantLight) -> f64 {
     let all = light.source().base_energy;
     let known: f64 = light.source().spectrum.c.iter().flatten().map(|x| x * x).sum();
@@ -123,10 +123,10 @@ impl Part for Light {
     }
 }
 
-/// Samples of A and B over √(n·wo): denser towards grazing, where they bend.
+/// Samples of A and B over √(n·wo), denser towards grazing views, where they curve.
 const ALBEDO: usize = 128;
 
-/// Numbers of a material beside its albedo.
+/// Numbers of a material in addition to its albedo.
 const FACTORS: usize = 11;
 
 /// The material: A and B, f0, level of the chain.
@@ -148,8 +148,8 @@ pub struct Specular {
     pub stretched: Option<Stretched>,
 }
 
-/// Width of an isotropic lobe, f0, albedo of the diffuse base and factor of a material; 1 for the width of
-/// others.
+/// Width, f0, albedo of the diffuse base and factor of a material; the width is 1 where the lobe is not
+/// isotropic.
 fn numbers(form: &Form) -> (f64, [f64; 3], [f64; 3], [f64; 3]) {
     match *form {
         Form::Ggx { alpha: [ax, ay], f0, scale } => (if ax == ay { ax } else { 1.0 }, f0, [0.0; 3], scale),
@@ -212,7 +212,7 @@ impl Part for Specular {
         let albedo = v.as_chunks().0.to_vec();
         let name = format!("{prefix}.factors");
         let (_, v) = get_f32(from, &name, 1)?;
-        // Bakes from before there was a base end behind `multiscatter`.
+        // Bakes that were saved before there was a diffuse base end with `multiscatter`.
         let (own, base): (Option<[f32; FACTORS - 3]>, _) = match v[..] {
             [ref v @ .., x, y, z] if v.len() == FACTORS - 3 => (v.try_into().ok(), [x, y, z]),
             ref v => (v.try_into().ok(), [0.0; 3]),

@@ -12,11 +12,11 @@
 //! normal incidence, without the stretch and the horizon of grazing views; L beyond the tolerance and V = 1.
 //! Levels of the chain are equally spaced in perceptual roughness √α, level 0 is the environment itself, and
 //! between levels the maps are mixed linearly. With `multiscatter`, the energy that single scattering loses
-//! comes back as a diffuse term over the irradiance of order 2. The base of `dielectric` gets what the layer
-//! lets through, albedo (1 − E(n·wo)) E_n/π, with the irradiance E_n of order 2 in place of light weighted by
-//! 1 − E(n·wi). Points may have a width, normals, an albedo and an f0 of their own. Anisotropic GGX and
-//! Ward's model are looked up along their long axis (`stretched.rs`), and take the mesh's tangents. Radiance
-//! in W sr⁻¹ m⁻². Refused: α > 1, other reflectances, point lights.
+//! comes back as a diffuse term over the irradiance of order 2. The base of `dielectric` gets the light that
+//! the layer transmits, albedo (1 − E(n·wo)) E_n/π, with the irradiance E_n of order 2 in place of light
+//! weighted by 1 − E(n·wi). Points may have a width, normals, an albedo and an f0 of their own. Anisotropic
+//! GGX and Ward's model are looked up along their long axis (`stretched.rs`), and take the mesh's tangents.
+//! Radiance in W sr⁻¹ m⁻². Refused: α > 1, other reflectances, point lights.
 
 mod bake;
 mod shade;

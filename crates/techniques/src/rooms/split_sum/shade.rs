@@ -26,8 +26,8 @@ pub(super) fn multiscatter(strength: f32, f0: [f32; 3], [a, b]: [f32; 2]) -> [f3
     })
 }
 
-/// What of the irradiance over π comes back: multiple scattering, and the base below what the layer lets
-/// through.
+/// Factor of the irradiance over π: energy returned by multiple scattering, and the diffuse base attenuated
+/// by the energy that the specular layer reflects.
 #[inline(always)]
 fn diffuse(strength: f32, f0: [f32; 3], base: [f32; 3], ab: [f32; 2]) -> [f32; 3] {
     let ms = multiscatter(strength, f0, ab);
@@ -118,14 +118,14 @@ pub(super) fn gpu_lobe(chain: &Chain, s: &Specular, frame: &(LightRotation, Quad
     technique
 }
 
-/// What frames change.
+/// The uniforms that change with the frame.
 pub(super) fn frame_uniforms(
     (turn, mean_radiance): &(LightRotation, Quadric),
 ) -> impl Iterator<Item = Uniform> {
     std::iter::once(turn.uniform()).chain(mean_radiance.uniforms(LightTables::QUADRICS))
 }
 
-/// The chain, of which one roughness looks up two levels, and E/π.
+/// The data that are filtered light: the chain, of which a single roughness reads two levels, and E/π.
 pub(super) fn light_tables(chain: &Chain, s: &Specular, varied: bool) -> LightTables {
     let first = s.level.floor();
     let used = |k: f32| varied || s.stretched.is_some() || k == first || k == first + 1.0 && s.level > first;

@@ -13,7 +13,8 @@ fn multiscatter(f0: vec3<f32>, a: f32, b: f32) -> vec3<f32> {
     return technique.scale.w * (f0 * a + b) * f_avg / (vec3<f32>(1.0) - f_avg * e_ms) * e_ms;
 }
 
-// What of the irradiance over pi comes back: multiple scattering, and the base below what the layer lets through.
+// Factor of the irradiance over pi: energy returned by multiple scattering, and the diffuse base attenuated
+// by the energy that the specular layer reflects.
 fn diffuse(f0: vec3<f32>, base: vec3<f32>, a: f32, b: f32) -> vec3<f32> {
     return multiscatter(f0, a, b) + base * (vec3<f32>(1.0) - f0 * a - b);
 }

@@ -8,9 +8,9 @@
 //!
 //! (Walter et al. 2007, eq. 33, as a density of slopes; Heitz 2014). It is filtered importance sampling
 //! (Colbert & Křivánek 2007, GPU-Based Importance Sampling) along one axis alone, of a chain whose levels are
-//! filtered with the lobe itself. Weights are what the model has beside P and its Fresnel term, normalised: A
-//! and B of the whole, tabulated over n·wo and azimuth, take the place of their sum, as in the isotropic
-//! split sum. `stretched.wgsl` has the same functions.
+//! filtered with the lobe itself. Weights are the model's factors other than P and its Fresnel term,
+//! normalised: A and B of the whole model, tabulated over n·wo and azimuth, replace their sum, as in the
+//! isotropic split sum. `stretched.wgsl` has the same functions.
 
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::light::light_rotation::LightRotation;
@@ -24,7 +24,7 @@ use steradian_brdf::Form;
 use steradian_brdf::model::ward::Variant;
 use steradian_parallel::prelude::*;
 
-/// Lookups that are further apart than this many of their widths would show one by one.
+/// Largest distance between lookups, in their widths: farther apart they would be visible one by one.
 const STEP: f64 = 1.5;
 /// Samples of A and B over √(n·wo) and over the azimuth of wo in 0 … π/2.
 const SIZE: [usize; 2] = [64, 17];
@@ -33,7 +33,7 @@ const STRATA: [usize; 2] = [96, 64];
 /// Smallest n·wo of the table.
 const GRAZING: f64 = 1e-3;
 
-/// What a model has beside the density of slopes and its Fresnel term.
+/// The model's factors other than the density of slopes and the Fresnel term.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Model {
     Ggx,
@@ -240,7 +240,7 @@ impl Stretched {
         put_f32(to, format!("{prefix}.stretched"), vec![self.albedo.len(), 4], self.albedo.concat());
     }
 
-    /// Reads what [`Stretched::save`] wrote; `None` where there is none.
+    /// Reads data that [`Stretched::save`] wrote; `None` where the file has none.
     pub fn load(from: &TensorFile, prefix: &str) -> Result<Option<Self>, PartError> {
         let name = format!("{prefix}.stretch");
         if !from.tensors.contains_key(&name) {

@@ -1,4 +1,4 @@
-//! What the technique stands for.
+//! The reflectance that the technique approximates.
 
 use super::bake::Specular;
 use super::shade;
@@ -6,7 +6,7 @@ use crate::certify::{Model, Target};
 use std::f64::consts::PI;
 use steradian_brdf::Brdf;
 
-/// With `multiscatter` the model plus the diffuse term as Fdez-Agüera defines it.
+/// The target of the integral: the model, to which `multiscatter` adds the diffuse term of Fdez-Agüera.
 pub fn target<'a>(specular: &'a Specular, brdf: &'a dyn Brdf) -> Target<'a> {
     let mut model = Model::of(brdf);
     if specular.multiscatter > 0.0 {

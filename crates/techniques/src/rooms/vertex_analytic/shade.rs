@@ -52,7 +52,7 @@ impl LocalShading for EveryPoint {
     }
 }
 
-/// Lights that are shadowed alike, and the radiance that leaves each vertex because of them.
+/// Lights with a common shadow, and the radiance that each vertex reflects of them.
 struct Group {
     direct: Direct,
     at: [Vec<f32>; 3],
@@ -66,7 +66,7 @@ struct Corners {
     certificate: Certificate,
 }
 
-/// All lights together, or each by itself where shadows will tell them apart.
+/// One group of all lights, or where shadows are needed one for each light.
 fn groups(frame: &LocalFrame<'_>) -> Vec<Group> {
     let group = |lights: LocalLights| Group { direct: lights.direct(frame.view), at: Default::default() };
     if !frame.shadowed || frame.lights.is_empty() {
@@ -111,8 +111,8 @@ fn shaded(direct: &Direct, brdf: &SharedBrdf, q: &PointsBuf) -> [Vec<f32>; 3] {
 }
 
 impl Corners {
-    /// Relative RMS difference to `exact` at the middles of triangles that face the viewer, all of the same
-    /// weight.
+    /// Relative RMS difference to `exact` at the centres of triangles that face the viewer, with equal
+    /// weights.
     fn error(&self, mesh: &Mesh, eye: Vec3, exact: impl Fn(&PointsBuf) -> [Vec<f32>; 3]) -> f64 {
         const MOST: usize = 4096;
         let step = mesh.triangles.len().div_ceil(MOST).max(1);

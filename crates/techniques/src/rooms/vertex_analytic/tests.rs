@@ -54,7 +54,7 @@ fn points(mesh: &Mesh, weights: &[[f32; 2]]) -> PointsBuf {
     q
 }
 
-/// At the corners both rates give the same bits.
+/// At vertices both rates give the same bits.
 #[test]
 fn corners_are_what_every_point_is() {
     let mesh = shapes::icosphere(2);

@@ -1,4 +1,5 @@
-//! What a table holds of a reflectance, by band and by elevation of the view.
+//! Energy of a tabulated reflectance, by band and by elevation of the view, and the error of the table's
+//! lookups.
 
 use super::fill::ring;
 use super::{Projection, Rule, ViewTable};
@@ -7,11 +8,11 @@ use steradian_base::{Cancelled, Elevation, Task};
 use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_parallel::prelude::*;
 
-/// Highest band that is looked at.
+/// Highest band whose energy is computed.
 pub const ORDER: usize = 32;
-/// Most reflectances whose energies are looked at.
+/// Most reflectances whose energies are computed.
 const MOST_LOOKED_AT: usize = 9;
-/// Angles of view, degrees.
+/// Angles of view, degrees, at which energies are computed.
 const DEGREES: [f64; 10] = [4.0, 14.0, 24.0, 34.0, 44.0, 54.0, 64.0, 74.0, 82.0, 88.0];
 
 /// Energies of f_cos by band at some angles of view, and how far the table's lookup is off there.
@@ -21,18 +22,19 @@ pub struct Energies {
     rows: Vec<[Vec<f64>; 3]>,
     /// Per angle: relative RMS error of the coefficients looked up between texels.
     lookup: Vec<f64>,
-    /// Relative error of the quadrature at the worst of these angles.
+    /// Relative error of the quadrature, the largest over the angles.
     quadrature: f64,
 }
 
 impl Energies {
-    /// Of a reflectance and its table.
+    /// Measures a reflectance and its table.
     pub fn new(brdf: &dyn Brdf, table: &ViewTable, task: &Task) -> Result<Self, Cancelled> {
         Self::of_table(brdf, table, 0, task)
     }
 
-    /// Mean energies of several reflectances and their tables, at least one: of errors the root of the mean
-    /// square, of the quadrature's the largest. Of many it takes every second, third and so on.
+    /// Mean energies of several reflectances, at least one, and their tables; errors of lookups are root mean
+    /// squares, that of the quadrature the largest. Of more than nine only every second, third and so on is
+    /// measured.
     pub fn of_all(brdfs: &[SharedBrdf], table: &ViewTable, task: &Task) -> Result<Self, Cancelled> {
         let step = brdfs.len().div_ceil(MOST_LOOKED_AT);
         let each = brdfs.iter().enumerate().step_by(step);
@@ -130,7 +132,7 @@ impl Energies {
         put_f64(to, format!("{prefix}.errors"), vec![errors.len()], errors);
     }
 
-    /// Reads what [`Energies::save`] wrote.
+    /// Reads energies that [`Energies::save`] wrote.
     pub fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let name = format!("{prefix}.energies");
         let (shape, v) = get_f64(from, &name, 3)?;

@@ -23,7 +23,7 @@ pub(super) fn fill(brdf: &dyn Brdf, t: &ViewTable, task: &Task) -> Result<Vec<f3
         let mut out = vec![0.0f32; t.size * 3 * t.stride];
         for (i, texel) in out.chunks_exact_mut(3 * t.stride).enumerate() {
             let (x, y) = (place(i), place(j));
-            // What mirrors is computed once.
+            // Texels that mirror another are computed once.
             let (fx, fy) = (fold[0] && x < -0.5 * h, fold[1] && y < -0.5 * h);
             if fx || fy {
                 continue;
@@ -111,7 +111,7 @@ struct Source<'a> {
     rule: Rule,
     /// The power of n·wo that is divided out.
     pole: f64,
-    /// Isotropic reflectance is known along one radius, ρ = 0 … 1 in equal steps.
+    /// Isotropic reflectance is tabulated along one radius, ρ = 0 … 1 in equal steps.
     radius: Option<Vec<Rgb>>,
 }
 
@@ -138,7 +138,8 @@ impl<'a> Source<'a> {
         if rho > 1.0 + 1.5 * h {
             return None;
         }
-        // Linearly beyond the rim: twice the rim less what lies as far within.
+        // Beyond the rim the table continues linearly: twice the value at the rim less the value as far
+        // inside.
         let (x, y) = (x / rho, y / rho);
         let (mut rim, inner) = (self.at(x, y), self.at(x * (2.0 - rho), y * (2.0 - rho)));
         for (rim, inner) in rim.iter_mut().zip(&inner) {
@@ -209,7 +210,7 @@ fn turned(mut c: Rgb, phi: f64) -> Rgb {
     c
 }
 
-/// Views between texels, at an angle from the normal: some round the circle, or one where they are alike.
+/// Views between texels, at an angle from the normal: at five azimuths, or one for isotropic reflectance.
 pub(super) fn ring(brdf: &dyn Brdf, theta: f64) -> Vec<DVec3> {
     let n = if brdf.is_isotropic() { 1 } else { 5 };
     let at = |k: usize| {

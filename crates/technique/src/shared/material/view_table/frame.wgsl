@@ -1,4 +1,4 @@
-// t, b, n of a point; without a tangent that of a surface without tangents.
+// Columns t, b and n of a point's frame; a point without a tangent has the one of surfaces without tangents.
 fn views_frame(n: vec3<f32>, along: vec3<f32>) -> mat3x3<f32> {
     var t = along - n * dot(n, along);
     if !(dot(t, t) > 1e-12) {

@@ -7,7 +7,7 @@ use glam::Vec3;
 use steradian_simd::{Arch, Kernel};
 
 /// Normals, tangents and positions of sites. Tangents are unit vectors perpendicular to the normals; where a
-/// mesh has none, those of the frame of a surface without tangents.
+/// mesh has none, those of the conventional frame about a normal are used.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SiteFrames {
     pub(super) n: [Vec<f32>; 3],
@@ -41,7 +41,7 @@ impl SiteFrames {
         Ok(frames)
     }
 
-    /// How many sites there are.
+    /// Number of sites.
     pub fn len(&self) -> usize {
         self.n[0].len()
     }

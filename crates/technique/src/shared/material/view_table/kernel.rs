@@ -1,8 +1,8 @@
-//! Shading of batches: sixteen points at a time look their coefficients up, turn them to the world, and
-//! multiply them with the light's. `wgsl.rs` writes the same functions.
+//! Shading of batches: sixteen points at a time look up their coefficients, rotate them to world axes, and
+//! multiply them with the light's. `wgsl.rs` writes the same functions for GPUs.
 //!
-//! KSS02 turns the light into each point's frame. Turning the reflectance out of it gives the same sum, and
-//! for one channel of reflectance under three of light it is a third of the work.
+//! KSS02 rotates the light into each point's frame. Rotating the reflectance out of it gives the same sum,
+//! and for one channel of reflectance under three of light it is a third of the work.
 
 use super::look::{Corners, Look};
 use super::vectors::{SIDE, Vectors, read};
@@ -11,10 +11,10 @@ use crate::{Points, Radiance};
 use steradian_simd::{Arch, Kernel, Vector};
 use steradian_sphere::sh::{Angle, Exchange, ShRgb, turn};
 
-/// Coefficients at most, filled up to whole registers.
+/// Most coefficients, padded to whole registers.
 pub(super) const MOST: usize = 240;
 
-/// The light's coefficients, times the table's tint, and what turns them.
+/// The light's coefficients, multiplied by the table's tint, and the constants of their rotation.
 #[derive(Debug, Clone)]
 pub struct LightLanes {
     c: Vec<[f32; 3]>,
@@ -46,8 +46,8 @@ pub fn shade(table: &ViewTable, light: &LightLanes, q: &Points<'_>, out: &mut Ra
     steradian_simd::run(Batch { table, places: None, light, q, out });
 }
 
-/// [`shade`] where each point has a reflectance of its own; points without texture coordinates have that at
-/// (0, 0).
+/// [`shade`] where the reflectance varies over the surface; points without texture coordinates use the
+/// reflectance at (0, 0).
 pub fn shade_places(
     table: &ViewTable,
     places: &Places,
@@ -90,14 +90,14 @@ impl Kernel for Batch<'_, '_, '_> {
     }
 }
 
-/// Where sixteen points look, and how their frames lie.
+/// Lookups of sixteen points in the table, and the orientation of their frames.
 pub(super) struct Block {
     look: Look,
     /// cos γ, sin γ, cos β, −sin β, cos α, sin α of the frame.
     angles: [[f32; SIDE]; 6],
-    /// How many tables each point's coefficients are weighed between.
+    /// Number of tables between which each point's coefficients are interpolated.
     tables: usize,
-    /// First numbers of these tables, and their weights.
+    /// Offsets of these tables, and their weights.
     offsets: [[usize; SIDE]; 4],
     shares: [[f32; SIDE]; 4],
 }
@@ -115,7 +115,7 @@ impl Block {
         )
     }
 
-    /// Points of these normals and directions to the viewer, with tangents along `along`.
+    /// Sixteen points with these normals and directions to the viewer; tangents are `along` projected.
     #[inline(always)]
     pub(super) fn new<A: Arch>(table: &ViewTable, n: &Vectors, along: &Vectors, wo: &Vectors) -> Self {
         let mut angles = [[0.0; SIDE]; 6];
@@ -175,9 +175,9 @@ fn gather<A: Arch, const P: usize>(table: &ViewTable, b: &Block, i: usize, first
     }
 }
 
-/// What becomes of coefficients that were turned to the world.
+/// Receives coefficients rotated to world axes.
 pub(super) trait Sink {
-    /// Those of channel `c` of the points from `lane` on, a point a lane.
+    /// Takes the coefficients of channel `c` of the points from `lane` on, one point per lane.
     fn take<V: Vector<T = f32>>(&mut self, c: usize, lane: usize, f: &[V]);
 }
 

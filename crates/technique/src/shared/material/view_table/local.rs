@@ -1,4 +1,5 @@
-//! What is kept per site where light stands still, KSS02 section 4: light turned into each site's frame.
+//! Shading with data per site for static light, KSS02 section 4: the light's coefficients rotated into each
+//! site's frame.
 
 use super::kernel::{LightLanes, MOST};
 use super::look::{Corners, Look};
@@ -10,14 +11,14 @@ use steradian_parallel::prelude::*;
 use steradian_simd::{Arch, Kernel, Single, Vector, prefetch};
 use steradian_sphere::sh::{Angle, turn};
 
-/// Most bands of what is kept per site.
+/// Most bands of the light kept per site.
 pub const MOST_BANDS: usize = 6;
 
-/// Numbers of site after site, with some zeros more, so that whole registers can be read.
+/// The coefficients of site after site, padded with zeros so that whole registers can be read at the end.
 #[derive(Debug, Clone, PartialEq)]
 enum Rows {
     Single(Vec<f32>),
-    /// Whole numbers of 16 bits, and what they are multiplied with.
+    /// Signed 16-bit integers, and the factor that scales them.
     Short(Vec<i16>, f32),
 }
 
@@ -37,7 +38,8 @@ impl Default for LocalLight {
 
 impl LocalLight {
     /// One light in the frames of all sites; its coefficients are times the table's tint. The bands of
-    /// `light`, six at most.
+    /// One light in the frames of all sites; `light` has six bands at most, and its coefficients already
+    /// include the table's tint.
     pub fn turned(frames: &SiteFrames, light: &LightLanes) -> Self {
         let count = light.coefficients().len();
         let mut data = vec![0.0; 3 * count * frames.len() + MOST];
@@ -57,7 +59,7 @@ impl LocalLight {
         Self { count, rows: Rows::Single(data) }
     }
 
-    /// With whole numbers of 16 bits, which are off by 2^-16 of the largest, for a table with such.
+    /// Converts to 16-bit integers, off by 2^-16 of the largest value, where the table has such too.
     #[must_use]
     pub fn shortened(self, table: &ViewTable) -> Self {
         match self.rows {
@@ -147,10 +149,10 @@ impl IntoFrames<'_> {
     }
 }
 
-/// Radiance of points by the light of the sites around them, weighed: at a vertex one lookup and three scalar
-/// products, nothing is turned. Each site is seen as the point is: the view turns with the normal, by the
-/// least rotation of one to the other, so that the mirror direction does too. Points without sites, or that
-/// face away, get 0.
+/// Radiance of points under the light of the sites around them, interpolated: at a vertex one lookup and
+/// three scalar products, without a rotation. Each site is seen at the point's own angle: the view is carried
+/// along by the least rotation that takes the point's normal to the site's, and so is the mirror direction.
+/// Points without sites, or that face away, get 0.
 pub fn shade_local(
     table: &ViewTable,
     frames: &SiteFrames,
@@ -183,7 +185,7 @@ pub fn shade_local(
 
 struct Local<'a, 'b, 'c, N> {
     table: &'a ViewTable,
-    /// The numbers of the table, those of the light, and what their sums are multiplied with.
+    /// The table's numbers, the light's, and the factor of their products' sums.
     texels: &'a [N],
     light: &'a [N],
     scale: f32,
@@ -199,7 +201,7 @@ trait Numbers: Copy {
     /// Calls [`Local::add`] with the numbers of coefficients that there are, which whole registers of this
     /// kind make rows of.
     fn add<A: Arch>(all: &mut Local<'_, '_, '_, Self>, b: &Corner, next: &Corner, parts: &mut Parts<A::F32>);
-    /// Finds what [`Numbers::sums`] weighs texels with, once for sixteen points.
+    /// Computes the texels' weights in the form that [`Numbers::sums`] takes, once for sixteen points.
     fn weigh<A: Arch>(to: &mut Corner);
     /// The sums of point `i` over coefficients, still in lanes, of a table of `size` texels a row; `light`
     /// begins with its site's.
@@ -239,14 +241,15 @@ impl Numbers for f32 {
         i: usize,
         light: &[f32],
     ) -> [A::F32; 3] {
-        // The last channel of the last site has as much behind it.
+        // P numbers are read from the beginning of each channel; storage goes on that far behind the last
+        // channel of the last site.
         let light = &light[..2 * C + P];
         let mut sum = [A::F32::splat(0.0); 3];
         for c in 0..CHANNELS {
             let from = b.look.texel[i] as usize * CHANNELS * P + c * P;
             let view = Corners::<A::F32, P>::at(texels, [size, CHANNELS * P], &b.look, i, from);
             let mut j = 0;
-            // Beyond the coefficients the view's are zero.
+            // Numbers of the view beyond its coefficients are zero.
             while j < P {
                 let f = view.load(j);
                 if CHANNELS == 1 {
@@ -296,7 +299,7 @@ impl Numbers for i16 {
     }
 }
 
-/// What one corner adds to each of sixteen points.
+/// One corner of the triangles of sixteen points, ready to be added.
 struct Corner {
     /// The first of the points.
     first: usize,
@@ -306,17 +309,17 @@ struct Corner {
     look: Look,
     /// The weights of texels as whole numbers.
     shares: [[i16; SIDE]; 4],
-    /// Sites whose light is asked for: those behind, where they follow each other.
+    /// Sites whose light is prefetched: where the corners' sites are consecutive, those sixteen further on.
     asked: [u32; SIDE],
 }
 
 impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
     type Output = ();
 
-    /// Where the next points look is found, and the memory there asked for, before the ones at hand are
-    /// shaded: texels and light lie anywhere, and a core waits for few of them at a time by itself. (What
-    /// depends on the number of coefficients is chosen for sixteen points at a time: the whole loop for each
-    /// was a quarter of the code of all techniques.)
+    /// Software-pipelined: while sixteen points are shaded, the texels of the next sixteen are found and
+    /// their memory is prefetched. Texels and light lie scattered, and a core has only few loads outstanding
+    /// by itself. (The code is specialised by number of coefficients inside the loop, per sixteen points: a
+    /// specialised loop for each number was a quarter of the code of all techniques.)
     #[inline(always)]
     fn run<A: Arch>(mut self) {
         let none = || Corner {
@@ -340,8 +343,8 @@ impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
     }
 }
 
-/// Points ahead whose vectors are asked for: they come from more places at once than a core follows by
-/// itself.
+/// Distance, in points, at which normals and views are prefetched: they come from more streams at once than a
+/// core's own prefetcher follows.
 const AHEAD: usize = 6 * SIDE;
 
 /// Sums of sixteen points by channel, each still in lanes.
@@ -362,7 +365,7 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
                     prefetch(q.n[k], first + AHEAD);
                     prefetch(q.wo[k], first + AHEAD);
                     let out = &mut self.out.rgb[k][first..len];
-                    // (Of unknown length it would be a call.)
+                    // (A fill of unknown length would be compiled to a call.)
                     match out.first_chunk_mut::<SIDE>() {
                         Some(out) => *out = [0.0; SIDE],
                         None => out.fill(0.0),
@@ -400,7 +403,7 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         false
     }
 
-    /// Where the points look from their sites.
+    /// Finds the texels of the points' views, carried to their sites.
     #[inline(always)]
     fn look<A: Arch>(&self, n: &Vectors, wo: &Vectors, to: &mut Corner) {
         let (mut own, mut t) = ([[0.0; SIDE]; 3], [[0.0; SIDE]; 3]);
@@ -428,7 +431,7 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
                 }
             }
         }
-        // At vertices nothing turns.
+        // Where the normals are those of the sites, as at vertices, no view needs to be turned.
         let mut other = 0;
         for k in 0..3 {
             for i in 0..SIDE {
@@ -443,7 +446,7 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         N::weigh::<A>(to);
     }
 
-    /// Asks for the memory of one point of a corner.
+    /// Prefetches the texels and the light of one point of a corner.
     #[inline(always)]
     fn ask<const C: usize, const P: usize, const CHANNELS: usize>(&self, b: &Corner, i: usize) {
         let (line, texels) = (64 / size_of::<N>(), self.texels);
@@ -463,8 +466,8 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         prefetch(light, 3 * C - 1);
     }
 
-    /// Adds the radiance of one corner of each of sixteen points. Point by point it asks for the memory of
-    /// the next: for all at once the core would have to wait.
+    /// Adds the radiance of one corner of each of sixteen points. The next corner's memory is prefetched
+    /// point by point in between: all prefetches at once would stall the core.
     #[inline(always)]
     fn add<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
         &mut self,
@@ -497,7 +500,7 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
     }
 }
 
-/// Adds sums times weights. Points without weight keep what they have, whatever their sites hold.
+/// Adds scaled and weighted sums. Where the weight is 0 the value stays, even if the site's data are NaN.
 #[inline(always)]
 fn add_weighed(out: &mut [f32], weight: &[f32; SIDE], sums: &[f32; SIDE], scale: f32) {
     for (i, out) in out.iter_mut().enumerate() {
@@ -529,7 +532,7 @@ fn whole<'a, T: Copy + Default>(v: &'a [T], first: usize, spare: &'a mut [T; SID
     spare
 }
 
-/// The same of numbers, copied.
+/// Values of sixteen points from the first, copied; the last point is repeated beyond the end.
 #[inline(always)]
 fn numbers<A: Arch>(v: &[f32], first: usize) -> [f32; SIDE] {
     let (mut spare, mut out) = ([0.0; SIDE], [0.0; SIDE]);

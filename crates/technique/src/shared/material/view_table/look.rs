@@ -1,26 +1,26 @@
-//! Where points look in a table: the four texels around each view, and their weights.
+//! Lookups of points in a table: the four texels around each view, and their weights.
 
 use super::vectors::{SIDE, Vectors, Xyz};
 use super::{ViewTable, lattice};
 use steradian_simd::{Arch, Single, Vector};
 
-/// Where sixteen points look.
+/// Lookups of sixteen points.
 #[derive(Clone, Copy)]
 pub(super) struct Look {
     /// Number of the texel at (⌊s⌋, ⌊t⌋).
     pub(super) texel: [u32; SIDE],
     /// Weights of the four texels, times the power of n·wo.
     pub(super) weights: [[f32; SIDE]; 4],
-    /// Which points see the viewer.
+    /// Does the point face the viewer?
     pub(super) facing: [bool; SIDE],
 }
 
 impl Look {
-    /// Nowhere.
+    /// No texels.
     pub(super) const NONE: Self = Self { texel: [0; SIDE], weights: [[0.0; SIDE]; 4], facing: [false; SIDE] };
 
-    /// Looks from points of these normals in these directions to the viewer, with tangents along `along`; and
-    /// finds the angles of their frames, if they are asked for.
+    /// Finds texels for points with these normals and directions to the viewer, with tangents along `along`;
+    /// and the angles of their frames, if `angles` is given.
     #[inline(always)]
     pub(super) fn set<A: Arch>(
         &mut self,
@@ -49,7 +49,7 @@ impl Look {
         self.weigh(table, &up);
     }
 
-    /// Looks from points of frames with these normals and tangents, unit and perpendicular.
+    /// Finds texels for points whose normals and tangents are unit and perpendicular.
     #[inline(always)]
     pub(super) fn set_in_frames<A: Arch>(
         &mut self,
@@ -69,8 +69,8 @@ impl Look {
         self.weigh(table, &up);
     }
 
-    /// The texels and weights of local views, and the cosines of these. Whether a view is in front is decided
-    /// by products that are rounded each, as everywhere else.
+    /// The texels, weights and cosines of local views. Whether a view is in front of the surface is decided
+    /// by products that are each rounded (no fused multiply-add), as in the other loops.
     #[inline(always)]
     fn texels<V: Single>(
         &mut self,
@@ -120,7 +120,7 @@ impl Look {
     }
 }
 
-/// How the texels of a table lie on the paraboloid.
+/// The mapping of a table's texels onto the paraboloid.
 struct Texels<V> {
     reach: V,
     inverse: V,
@@ -151,7 +151,8 @@ pub(super) struct Corners<'a, V, const P: usize> {
 }
 
 impl<'a, V: Single, const P: usize> Corners<'a, V, P> {
-    /// Of point `i`, from number `from` of `texels`, a table's of `size` texels a row, `texel` numbers each.
+    /// Reads the texel's numbers of point `i`, from number `from` of `texels`, a table of `size` texels a row
+    /// and `texel` numbers each.
     ///
     /// # Panics
     /// If the table ends before.

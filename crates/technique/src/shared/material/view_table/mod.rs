@@ -50,9 +50,9 @@ use steradian_brdf::Brdf;
 
 /// Fewest and most bands.
 pub const BANDS: [usize; 2] = [3, 15];
-/// Least n·wo at which reflectance is looked at: some models grow without end towards 0.
+/// Least n·wo at which reflectance is evaluated: some models grow without bound towards 0.
 const GRAZING: f64 = 1e-3;
-/// Least power of n·wo that is taken out: its integral against the cosine is still finite.
+/// Lowest power of n·wo that is factored out: its integral against the cosine is still finite.
 const LEAST_POLE: f64 = -2.0;
 
 /// Coefficients over the view.
@@ -60,7 +60,8 @@ const LEAST_POLE: f64 = -2.0;
 pub struct ViewTable {
     bands: usize,
     size: usize,
-    /// Tables one after the other, one but where the reflectance varies ([`Places`]).
+    /// Number of tables, stored one after the other: one, or several where the reflectance varies
+    /// ([`Places`]).
     tables: usize,
     /// One channel, which [`ViewTable::tint`] makes three, or three.
     channels: usize,
@@ -71,7 +72,8 @@ pub struct ViewTable {
     stride: usize,
     /// Table by table, row by row from t = −1, then channel, then l² + l + m.
     data: Aligned<f32>,
-    /// Nearly the same as whole numbers, where they are 16-bit floats and in need of no power of a cosine.
+    /// Rounded copy as 16-bit integers, present where the table is of 16-bit floats and no power of n·wo is
+    /// factored out.
     shorts: Option<Shorts>,
 }
 
@@ -80,7 +82,7 @@ fn stride(bands: usize) -> usize {
     (bands * bands).next_multiple_of(16)
 }
 
-/// Where a texel's samples lie: reach of the outer ones, and the distance between two.
+/// Lattice of the texels' samples: reach of the outer ones, and the distance between two.
 fn lattice(size: usize) -> [f64; 2] {
     let h = 2.0 / (size - 3) as f64;
     [1.0 + h, h]
@@ -105,7 +107,7 @@ impl ViewTable {
             tables: brdfs.len(),
             channels: 3,
             tint: [1.0; 3],
-            // Any power that is taken out comes back.
+            // The lowest power of all is factored out of every table; lookups multiply it back.
             pole: brdfs.iter().map(|b| fill::pole(*b)).fold(0.0, f64::min) as f32,
             stride: stride(bands),
             data: Aligned::default(),
@@ -119,7 +121,7 @@ impl ViewTable {
         Ok(rgb.condensed())
     }
 
-    /// One channel where the others are multiples of it.
+    /// Stores a single channel and a tint where the channels are proportional.
     fn condensed(self) -> Self {
         let plane = |c: usize| self.data.chunks_exact(self.stride).skip(c).step_by(3).flatten();
         let energy = |c: usize| plane(c).map(|x| f64::from(*x).powi(2)).sum::<f64>();
@@ -151,7 +153,7 @@ impl ViewTable {
         self.size
     }
 
-    /// Tables, one after the other.
+    /// Number of tables.
     pub fn tables(&self) -> usize {
         self.tables
     }
@@ -161,7 +163,7 @@ impl ViewTable {
         self.channels == 1
     }
 
-    /// What the one channel is multiplied with to make three; 1 where there are three.
+    /// Factors of the single channel that give three; 1 where three are stored.
     pub fn tint(&self) -> [f32; 3] {
         self.tint
     }
@@ -172,7 +174,8 @@ impl ViewTable {
         self.find_shorts();
     }
 
-    /// Keeps the numbers as whole ones too, if all of them are 16-bit floats.
+    /// Stores the numbers as 16-bit integers too, if lookups need no power of n·wo and all numbers are 16-bit
+    /// floats.
     fn find_shorts(&mut self) {
         let is_half = |x: &f32| {
             let half = half::f16::from_f32(*x);
@@ -215,7 +218,7 @@ impl ViewTable {
         })
     }
 
-    /// (n·wo)^p, with n·wo no lower than where reflectance is looked at.
+    /// (n·wo)^p, with n·wo clamped to the lowest at which reflectance is tabulated.
     fn power(&self, cosine: f32) -> f32 {
         if self.pole == 0.0 { 1.0 } else { cosine.max(GRAZING as f32).powf(self.pole) }
     }
@@ -237,14 +240,14 @@ impl ViewTable {
     pub fn save(&self, to: &mut TensorFile, prefix: &str) {
         let n = self.bands * self.bands;
         let data = self.data.chunks_exact(self.stride).flat_map(|c| &c[..n]).copied().collect();
-        // Tables of several reflectances stand one below the other.
+        // Tables of several reflectances are saved one below the other.
         let rows = self.tables * self.size;
         put_f32(to, format!("{prefix}.views"), vec![rows, self.size, self.channels, n], data);
         put_f64(to, format!("{prefix}.tint"), vec![3], self.tint.map(f64::from).to_vec());
         put_f64(to, format!("{prefix}.pole"), vec![1], vec![f64::from(self.pole)]);
     }
 
-    /// Reads what [`ViewTable::save`] wrote.
+    /// Reads a table that [`ViewTable::save`] wrote.
     pub fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let name = format!("{prefix}.views");
         let (shape, v) = get_f32(from, &name, 4)?;

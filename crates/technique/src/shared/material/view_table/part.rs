@@ -11,16 +11,16 @@ use steradian_brdf::{Brdf, SharedBrdf};
 pub struct Views {
     /// c_i(wo).
     pub table: ViewTable,
-    /// What the table holds and misses.
+    /// Energies of the reflectance, and the errors of its table.
     pub energies: Energies,
     /// The reflectance itself.
     pub brdf: SharedBrdf,
-    /// Which table points have, where the reflectance varies.
+    /// Selects the tables of a point, where the reflectance varies.
     pub places: Option<Places>,
 }
 
 impl Views {
-    /// The table of a material, of `size`² texels, of 16-bit floats where asked for.
+    /// The table of a material, of `size`² texels, stored as 16-bit floats where `halves`.
     pub fn bake(
         slug: &'static str,
         m: &Material,

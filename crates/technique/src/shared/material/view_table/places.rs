@@ -17,19 +17,19 @@ use steradian_brdf::{Brdf, SharedBrdf, with_widths};
 use steradian_parallel::prelude::*;
 use steradian_scene::surface::{Texture, Wrap};
 
-/// The plane that holds the widths.
+/// Name of the plane of widths.
 pub const PLANE: &str = "widths";
 /// Most nodes along an axis.
 pub const MOST_NODES: usize = 65;
-/// Most nodes along an axis of a line, and of a box, that are chosen without being asked for.
+/// Most nodes along an axis that are chosen automatically: on a line, and along each side of a box.
 const AUTO: [usize; 2] = [17, 9];
-/// The error between nodes that the number of nodes is chosen for.
+/// Target error between nodes, by which their number is chosen.
 const BETWEEN: f64 = 0.01;
-/// Widths no farther than this from each other, or from a line, in their logarithms, lie on it.
+/// Widths whose logarithms differ by less than this, or from a line by less, count as one point or as a line.
 const NEAR: f64 = 1e-3;
-/// Angles of view, degrees, at which the error between nodes is looked at.
+/// Angles of view, degrees, at which the error between nodes is measured.
 const DEGREES: [f64; 5] = [8.0, 28.0, 48.0, 68.0, 83.0];
-/// Texels that certificates look at.
+/// Number of texels that certificates use.
 const LOOKED_AT: usize = 64;
 
 /// The nodes of widths, and where each texel lies among them.
@@ -41,7 +41,7 @@ pub struct Places {
     steps: [[f64; 2]; 2],
     /// Nodes along both axes; 1 along one on which nothing varies, the second before the first.
     nodes: [usize; 2],
-    /// By texel, from 0 to the number of nodes less one.
+    /// Positions of the texels along both axes, in nodes: 0 to the number of nodes less one.
     texels: Texels,
 }
 
@@ -55,9 +55,9 @@ pub struct Place {
 }
 
 impl Places {
-    /// Of the widths of a plane, red along the tangent and green along the bitangent, for `brdf`; `nodes`
-    /// along an axis, or as many as bring the error between them to 1 %, 17 at most on a line and 9 along
-    /// each side of a box.
+    /// Chooses nodes for a plane of widths of `brdf`, red along the tangent and green along the bitangent,
+    /// and places its texels among them: `nodes` along an axis, or as many as bring the error between nodes
+    /// to 1 %, at most 17 on a line and 9 along each side of a box.
     pub fn new(
         slug: &'static str,
         brdf: &dyn Brdf,
@@ -112,7 +112,7 @@ impl Places {
         Self { first: least, steps, nodes: [2, 2], texels }
     }
 
-    /// Puts so many nodes along each axis, or as many as the error between them asks for.
+    /// Divides each axis into `asked` nodes, or into as many as the error between them requires.
     fn divide(&mut self, brdf: &dyn Brdf, asked: Option<usize>, task: &Task) -> Result<(), Cancelled> {
         let most = if self.nodes[1] > 1 { AUTO[1] } else { AUTO[0] };
         for axis in 0..2 {
@@ -190,7 +190,7 @@ impl Places {
             Ok(sums)
         };
         let all: Result<Vec<[f64; 2]>, Cancelled> = cells.par_iter().map(at).collect();
-        // Of each cell its own: small lobes have larger coefficients.
+        // Relative to the energy of its own cell: narrow lobes have larger coefficients.
         let worst = |s: &[f64; 2]| if s[1] > 0.0 { (s[0] / s[1]).sqrt() } else { 0.0 };
         Ok(all?.iter().map(worst).fold(0.0, f64::max))
     }
@@ -242,7 +242,8 @@ impl Places {
         (0..LOOKED_AT).filter_map(at).collect()
     }
 
-    /// The nodes around a point of these texture coordinates that stands for a square of this side.
+    /// The nodes around a point at these texture coordinates, its texture averaged over a square of side
+    /// `footprint`.
     #[inline]
     pub fn at(&self, uv: [f32; 2], footprint: f32) -> Place {
         let [x, y, _] = self.texels.sample(0, uv, footprint);
@@ -259,8 +260,8 @@ impl Places {
         }
     }
 
-    /// How many nodes around a point count, from the first on: 1, 2 or 4. (Where one axis alone has nodes, it
-    /// is the first.)
+    /// Number of nodes between which a point interpolates: 1, 2 or 4. (Where only one axis has nodes, it is
+    /// the first.)
     #[inline]
     pub fn around_each(&self) -> usize {
         self.nodes.iter().map(|n| (*n).min(2)).product()
@@ -293,7 +294,7 @@ impl Places {
         put_f32(to, format!("{prefix}.places"), vec![height, width, 2], all);
     }
 
-    /// Reads what [`Places::save`] wrote; `None` where nothing was.
+    /// Reads nodes that [`Places::save`] wrote; `None` where the file has none.
     pub fn load(from: &TensorFile, prefix: &str) -> Result<Option<Self>, PartError> {
         let name = format!("{prefix}.nodes");
         if !from.tensors.contains_key(&name) {

@@ -2,8 +2,8 @@
 //!
 //! Kautz, Sloan & Snyder (2002) take 1000 samples a view; a product of Gauss rules takes about as many nodes,
 //! and errs by rounding where reflectance is smooth. Its pole is the normal, or, where the highlight is a
-//! ridge about an axis in the surface, such as a brushed metal's, that axis: in both frames the hemisphere is
-//! a rectangle of the two angles, and what is narrow lies along a coordinate line.
+//! ridge about an axis in the surface (brushed metal), that axis: in both frames the hemisphere is a
+//! rectangle of the two angles, and narrow features lie along a coordinate line.
 
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -22,9 +22,9 @@ const FLAT: f64 = 5.0;
 const NODES: usize = 15;
 /// Ratio of the lengths of panels, going away from a lobe.
 const GRADING: f64 = 2.5;
-/// Widths of lobes, radians, that panels are made for.
+/// Widths of lobes, radians, are clamped to this range when panels are placed.
 const WIDTHS: [f64; 2] = [1e-4, 0.6];
-/// Scale at the horizon, radians: that of the view, between these.
+/// Scale of the integrand at the horizon, radians: that of the view's elevation, clamped to this range.
 const HORIZON: [f64; 2] = [0.02, 0.3];
 
 /// Rules for bands up to an order.
@@ -33,20 +33,20 @@ pub struct Rule {
     flat: f64,
     polar: Polar,
     gauss: Vec<(Vec<f64>, Vec<f64>)>,
-    /// From the frames whose pole is x and y to the local one.
+    /// Rotations from the frames whose pole is x and y to the local one.
     turns: [(DMat3, Rotation); 2],
 }
 
 /// Coefficients of one view.
 #[derive(Debug, Clone)]
 pub struct Projection {
-    /// By channel, then l² + l + m.
+    /// Coefficients by channel, at index l² + l + m.
     pub c: [Vec<f64>; 3],
     /// ∫ f_cos² dwi by channel.
     pub energy: [f64; 3],
 }
 
-/// Where f_cos is narrow along one angle: centre and width.
+/// Interval of one angle in which f_cos is narrow: centre and width.
 type Place = (f64, f64);
 
 /// The rectangle of a view's polar angles.
@@ -61,12 +61,13 @@ struct Plan<'a> {
 }
 
 impl Rule {
-    /// For bands 0 … `order`.
+    /// A rule for bands 0 … `order`.
     pub fn new(order: usize) -> Self {
         Self::with_nodes(order, FLAT)
     }
 
-    /// With `flat` nodes a panel where the harmonics hardly vary: more tell the error of the usual rule.
+    /// A rule with `flat` nodes a panel where the harmonics hardly vary: with more than [`Rule::new`] has, it
+    /// measures the error of that.
     pub fn with_nodes(order: usize, flat: f64) -> Self {
         let turn = |z: DVec3| {
             let frame = DMat3::from_cols(DVec3::Z, z.cross(DVec3::Z), z);

@@ -6,7 +6,7 @@ use super::vectors::SIDE;
 use crate::shared::tables::aligned::Aligned;
 use steradian_simd::{Arch, Short, Single, Vector};
 
-/// The largest whole number. (−2^15 is left out: the sum of two of its squares is none of 32 bits.)
+/// The largest integer. (−2^15 is excluded: the sum of two of its squares overflows 32 bits.)
 const LARGEST: f32 = 32767.0;
 
 /// Numbers of a channel of a texel: whole registers of 32.
@@ -14,18 +14,19 @@ pub(super) const fn stride(count: usize) -> usize {
     count.next_multiple_of(32)
 }
 
-/// The largest whole number in a table: what is interpolated between four such is off by eight at most, as
-/// weights and products are rounded, and must not go beyond 2^15.
+/// The largest integer in a table. Interpolation between four texels may exceed it by eight, as weights and
+/// products are rounded, and must stay below 2^15.
 const LARGEST_TEXEL: f32 = LARGEST - 8.0;
 
-/// Numbers as whole ones up to `most`, and what these are multiplied with: the largest over `most`.
+/// `all` rounded to integers of magnitude up to `most`, and the factor that scales them back: the largest
+/// magnitude over `most`.
 fn whole<'a>(all: impl Iterator<Item = &'a f32> + Clone, most: f32) -> (impl Iterator<Item = i16>, f32) {
     let largest = all.clone().fold(0.0f32, |m, x| m.max(x.abs()));
     let scale = if largest > 0.0 { largest / most } else { 1.0 };
     (all.map(move |x| (x / scale).round().clamp(-most, most) as i16), scale)
 }
 
-/// Light as whole numbers, and what these are multiplied with.
+/// Light rounded to integers, and the factor that scales them back.
 pub(super) fn shortened(light: &[f32]) -> (Vec<i16>, f32) {
     let (numbers, scale) = whole(light.iter(), LARGEST);
     (numbers.collect(), scale)
@@ -39,7 +40,7 @@ pub(super) struct Shorts {
 }
 
 impl Shorts {
-    /// Of channels of `count` numbers, each with zeros behind up to `from` numbers.
+    /// Rounds channels of `count` numbers, each padded with zeros to `from` numbers.
     pub(super) fn new(data: &[f32], from: usize, count: usize) -> Self {
         let (mut numbers, scale) = whole(data.iter(), LARGEST_TEXEL);
         let mut out = Aligned::zeros(data.len() / from * stride(count));
@@ -73,7 +74,7 @@ pub(super) fn shares<A: Arch>(look: &Look) -> [[i16; SIDE]; 4] {
     out
 }
 
-/// What sums are multiplied with for [`shares`].
+/// Factor that sums need where texels are weighted with [`shares`].
 pub(super) const SHARE: f32 = 32768.0 / LARGEST;
 
 /// The sums of point `i` over coefficients, still in lanes: C of a channel of light, in rows of P numbers in
@@ -90,7 +91,8 @@ pub(super) fn sums<A: Arch, const C: usize, const P: usize, const CHANNELS: usiz
     let both = 2 * CHANNELS * P;
     let (near, far) = (texel * CHANNELS * P, (texel + size) * CHANNELS * P);
     let (near, far) = (&texels[near..near + both], &texels[far..far + both]);
-    // The last channel of the last site has as much behind it.
+    // P numbers are read from the beginning of each channel; storage goes on that far behind the last channel
+    // of the last site.
     let light = &light[..2 * C + P];
     let w: [S<A>; 4] = [
         Short::splat(shares[0][i]),
@@ -107,7 +109,7 @@ pub(super) fn sums<A: Arch, const C: usize, const P: usize, const CHANNELS: usiz
                 S::<A>::load(&near[j..]).fraction(w[0]).add(S::<A>::load(&near[right..]).fraction(w[1]));
             let low = S::<A>::load(&far[j..]).fraction(w[2]).add(S::<A>::load(&far[right..]).fraction(w[3]));
             let (f, at) = (top.add(low), j - c * P);
-            // Beyond the coefficients the view's are zero.
+            // Numbers of the view beyond its coefficients are zero.
             if CHANNELS == 1 {
                 sum[0] = sum[0].add(f.pairs(S::<A>::load(&light[at..])));
                 sum[1] = sum[1].add(f.pairs(S::<A>::load(&light[C + at..])));

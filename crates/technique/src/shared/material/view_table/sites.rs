@@ -1,5 +1,5 @@
-//! Shading by a table where each site has light of its own about world axes: sixteen points at a time, with
-//! the reflectance turned to the world.
+//! Shading by a table where each site has light of its own in world axes: sixteen points at a time, with the
+//! reflectance rotated to world axes.
 
 use super::ViewTable;
 use super::kernel::{Block, MOST, Sink, turned};
@@ -92,7 +92,7 @@ fn gathered<A: Arch>(vectors: &impl Vectors, q: &Points<'_>, i: usize, to: &mut 
     }
 }
 
-/// From rows of three channels to lanes.
+/// Transposes rows of three channels, one for each point, to lanes of points.
 #[inline(always)]
 fn transposed<A: Arch>(rows: &[[f32; 3 * MAX_COEFFICIENTS]; SIDE], stride: usize, to: &mut Lanes) {
     let lanes = A::F32::LANES;

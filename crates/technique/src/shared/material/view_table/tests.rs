@@ -142,9 +142,9 @@ fn lookup_is_of_second_order() {
     assert!(coarse / fine > 8.0 && fine < 3e-3, "{coarse} {fine}");
 }
 
-/// Minnaert's f grows as (n·wo)^(k − 1) towards grazing views, Ward's of 1992 as (n·wo)^(−1/2) where n·wo is
-/// below its widths, which lookups get right between the last texels; what does not grow that way has no
-/// power taken out.
+/// Minnaert's f grows as (n·wo)^(k − 1) towards grazing views, and Ward's of 1992 as (n·wo)^(−1/2) where n·wo
+/// is below its widths; with that power factored out, lookups are right between the last texels. No power is
+/// factored out of reflectance without such growth.
 #[test]
 fn a_power_of_the_view_is_taken_out() {
     let task = Task::default();

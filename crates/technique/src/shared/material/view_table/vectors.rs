@@ -2,14 +2,14 @@
 
 use steradian_simd::{Arch, Single, Vector};
 
-/// Points that are shaded together.
+/// Number of points that are shaded together.
 pub const SIDE: usize = 16;
 
 /// x, y and z of vectors.
 pub(super) type Vectors = [[f32; SIDE]; 3];
 
-/// x, y and z of as many vectors as a register has lanes. (Loops over arrays are not made vectors of by
-/// themselves where they branch; measured: 55 of 66 ns a point went into frames.)
+/// x, y and z of as many vectors as a register has lanes. (Compilers do not vectorise loops over arrays that
+/// contain branches; measured: 55 of 66 ns a point went into frames.)
 #[derive(Clone, Copy)]
 pub(super) struct Xyz<V>(pub(super) [V; 3]);
 
@@ -111,9 +111,9 @@ pub(super) fn frame_angles<A: Arch>(n: &Vectors, along: &Vectors) -> [[f32; SIDE
     out
 }
 
-/// The vectors of sixteen points from the first; the last point fills up. Zeros where there are none. (By
-/// registers: what is copied by smaller ones can't be read by a whole one before it has reached the cache,
-/// and sixteen points took twice as long.)
+/// The vectors of sixteen points from the first; beyond the end the last point is repeated. Zeros where there
+/// are none. (Copied by whole registers: a wide load from memory just written by narrower stores has to wait
+/// until these have reached the cache, and sixteen points took twice as long.)
 #[inline(always)]
 pub(super) fn read<A: Arch>(v: [&[f32]; 3], first: usize, len: usize) -> Vectors {
     let mut out = [[0.0; SIDE]; 3];

@@ -54,8 +54,8 @@ pub fn modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
     vec![FRAME.into(), turns(table.bands).into(), turned(table).into(), radiance(table).into()]
 }
 
-/// `fn views_radiance(n, t, wo, site) -> vec3<f32>`, n·wo > 0, of points with tables of their own, with the
-/// table "places" ([`Places::table`]): [`super::shade_places`].
+/// `fn views_radiance(n, t, wo, site) -> vec3<f32>`, n·wo > 0, for reflectance that varies over the surface,
+/// with the table "places" ([`Places::table`]): the twin of [`super::shade_places`].
 pub fn place_modules(table: &ViewTable, places: &Places) -> Vec<Cow<'static, str>> {
     vec![
         FRAME.into(),
@@ -122,12 +122,12 @@ pub fn site_modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
     vec![FRAME.into(), turns(table.bands).into(), turned(table).into(), out.into()]
 }
 
-/// Where the view of a point lies in the table.
+/// WGSL of the position of a point's view in the table.
 fn place(table: &ViewTable) -> String {
     format!("views_place(wo * frame, {})", place_numbers(table))
 }
 
-/// What `views_place` takes after the view.
+/// The arguments of `views_place` after the view.
 fn place_numbers(table: &ViewTable) -> String {
     let [reach, h] = lattice(table.size);
     format!("{}u, {:?}, {:?}, {:?}", table.size, reach as f32, (1.0 / h) as f32, table.pole)

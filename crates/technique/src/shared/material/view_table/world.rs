@@ -1,5 +1,5 @@
-//! What is kept per site where the view stands still, KSS02 section 4: reflectance looked up at each site and
-//! turned to the world.
+//! Shading with data per site for a static view, KSS02 section 4: the reflectance looked up at each site and
+//! rotated to world axes.
 
 use super::kernel::{Block, LightLanes, Sink, turned};
 use super::vectors::{SIDE, Vectors, read};

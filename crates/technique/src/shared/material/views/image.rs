@@ -74,7 +74,8 @@ impl ViewImage {
             t: rho.atan2(d.z) / PI * self.intervals as f64,
             cos: if rho > 0.0 { d.x / rho } else { 1.0 },
             sin: if rho > 0.0 { d.y / rho } else { 0.0 },
-            // Straight behind the surface the normal may be any of a circle: their mean.
+            // Opposite to the viewer the azimuth of the normal is undefined: the texel gets the mean over a
+            // circle.
             pole: rho < 1e-9 && d.z < 0.0,
         })
     }

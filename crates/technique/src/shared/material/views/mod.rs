@@ -31,18 +31,18 @@ use steradian_base::{Cancelled, Task};
 use steradian_brdf::{Brdf, Domain, Lobe};
 use steradian_parallel::prelude::*;
 
-/// Highest order that techniques ask for: the light must be known as far.
+/// Highest order that techniques use; the light's spectrum must reach it.
 pub const MOST: usize = 96;
 
 /// Fewest elevations, less one.
 const LEAST_INTERVALS: usize = 32;
 
-/// What may be missing under white light, in tolerances, up to this order: lobes that a horizon cuts end
-/// nowhere.
+/// Error under white light that an order up to [`RINGS`] may leave, in tolerances. Above that order it is not
+/// considered: lobes that the horizon cuts have no highest band.
 const WHITE: f64 = 0.5;
 const RINGS: usize = 48;
 
-/// Orders that are tried, lowest first.
+/// Candidate orders, lowest first.
 const ORDERS: [usize; 6] = [8, 16, 24, 32, 48, 64];
 
 /// g_lm(θ_v) at elevations equally spaced over [0, π/2].
@@ -58,8 +58,8 @@ pub struct Slices {
     /// Estimate of the squared relative error that the order leaves under natural light, whose coefficients
     /// fall like 1/(l + 1): Σ over the bands left out of f_cos's energy/(l + 1)², over that of all bands.
     pub missing: f64,
-    /// Standard deviation of the Gaussian (e^(−l(l+1)σ²/2)) that smooths what the order cuts off, radians; 0
-    /// where the last band is small enough not to ring.
+    /// Standard deviation, radians, of the Gaussian e^(−l(l+1)σ²/2) that suppresses ringing of the truncated
+    /// series; 0 where the last band is small enough not to ring.
     pub blur: f64,
 }
 
@@ -69,8 +69,9 @@ pub const fn half_count(order: usize) -> usize {
 }
 
 impl Slices {
-    /// To the lowest order whose [`Slices::missing`] is at most tolerance² and that hardly rings, at most
-    /// `most`; `diffuse` (f, sr⁻¹) is the Lambertian part to leave out of g.
+    /// Projects a reflectance onto harmonics up to the lowest order, at most `most`, whose
+    /// [`Slices::missing`] is at most tolerance² and that hardly rings; `diffuse` (f, sr⁻¹) is the Lambertian
+    /// part to leave out of g.
     pub fn bake(
         brdf: &dyn Brdf,
         diffuse: [f64; 3],
@@ -104,7 +105,7 @@ impl Slices {
 
     /// The slices, and the share of energy that they miss under white light.
     fn made(brdf: &dyn Brdf, diffuse: [f64; 3], order: usize, task: &Task) -> Result<(Self, f64), Cancelled> {
-        // Four per wavelength of the highest band in 2θ_v; bands that high hold little.
+        // Four intervals in 2θ_v per wavelength of the highest band; bands that high hold little energy.
         let intervals = (2 * order).max(LEAST_INTERVALS);
         let rule = quadrature::Rule::new(order);
         let slice = |j: usize| {
@@ -133,7 +134,7 @@ impl Slices {
         self.intervals + 1
     }
 
-    /// Is nothing left beside the Lambertian part?
+    /// Is all reflectance in the Lambertian part?
     pub fn is_zero(&self) -> bool {
         self.g.iter().flatten().all(|x| *x == 0.0)
     }
@@ -145,8 +146,8 @@ impl Slices {
     }
 }
 
-/// See [`Slices::missing`], for light whose bands have the power `light`; views uniform in solid angle. What
-/// is beyond the order counts as if in the next band.
+/// The error of [`Slices::missing`], for light whose bands have the power `light`; views uniform in solid
+/// angle. All energy beyond the order counts as if in the next band.
 fn missing(slices: &[quadrature::Slice], order: usize, light: impl Fn(usize) -> f64) -> f64 {
     let (mut seen, mut kept, mut all) = (0.0, 0.0, 0.0);
     for (j, s) in slices.iter().enumerate() {
@@ -164,7 +165,8 @@ fn missing(slices: &[quadrature::Slice], order: usize, light: impl Fn(usize) -> 
 }
 
 /// Coefficients of the last band at most, relative to the first: cut off above it, the lobe would ring and go
-/// below zero.
+/// Largest coefficients of the last band, relative to the first: with larger ones the truncated lobe would
+/// ring and become negative.
 const LAST: f64 = 0.01;
 
 /// The variance of the Gaussian that makes the last band that small.
@@ -185,7 +187,7 @@ fn blur(slices: &[quadrature::Slice], order: usize) -> f64 {
     2.0 * (share / LAST).ln() / (order * (order + 1)) as f64
 }
 
-/// Grazing views are taken this far (radians) above the surface, where reflectance still is defined.
+/// Grazing views are moved to this angle, radians, above the surface, where reflectance is still defined.
 const GRAZING: f64 = 1e-4;
 
 /// Width of the narrowest lobe at normal view, radians.
@@ -196,8 +198,8 @@ fn narrowest(brdf: &dyn Brdf) -> f64 {
     brdf.lobes(DVec3::Z).iter().map(width).fold(1.0, f64::min).max(1e-6)
 }
 
-/// The largest Lambertian part (f, sr⁻¹) that leaves the rest non-negative where neither direction is more
-/// than 75° off the normal.
+/// The largest Lambertian part (f, sr⁻¹) by which f can be reduced and stay non-negative, where both
+/// directions are within 75° of the normal.
 pub fn lambertian_part(brdf: &dyn Brdf) -> [f64; 3] {
     if brdf.domain() == Domain::Sphere {
         return [0.0; 3];

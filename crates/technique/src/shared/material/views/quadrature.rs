@@ -17,9 +17,9 @@ const FLAT: f64 = 4.5;
 const NODES: usize = 15;
 /// Ratio of the lengths of panels, going away from a lobe.
 const GRADING: f64 = 2.5;
-/// Length of the first panel beside the horizon's tangents, radians.
+/// Length of the first panel next to the horizon's tangents, radians.
 const BEND: f64 = 0.06;
-/// Width that counts as smooth, radians.
+/// Widths are clamped to this, radians, above which a function counts as smooth.
 const SMOOTH: f64 = 0.6;
 
 /// Rules for bands up to an order.
@@ -33,7 +33,7 @@ pub(super) struct Rule {
 pub(super) struct Slice {
     /// m by m, then l = m…F.
     pub g: Vec<[f64; 3]>,
-    /// ∫ f_cos² dwi of what the coefficients are of, channels together.
+    /// ∫ f_cos² dwi, without the Lambertian part, summed over the channels.
     pub energy: f64,
 }
 
@@ -58,7 +58,7 @@ impl Rule {
         }
         breaks.retain(|x| (a..=b).contains(x));
         breaks.sort_by(f64::total_cmp);
-        // A panel that is short beside its neighbours' resolution is none; the ends stay.
+        // Panels much shorter than the resolution are merged into their neighbours; the ends stay.
         let short = centres.iter().map(|c| c.1).fold(SMOOTH, f64::min) * 0.3;
         breaks.dedup_by(|x, y| *x - *y < short);
         if let Some(last) = breaks.last_mut() {
@@ -135,7 +135,7 @@ struct Ring {
     nodes: Vec<(f64, [f64; 3])>,
 }
 
-/// Nodes that are summed side by side.
+/// Number of nodes that are summed in lanes.
 const SIDE: usize = 8;
 
 impl Kernel for &mut Ring {
@@ -173,7 +173,7 @@ fn rest(brdf: &dyn Brdf, diffuse: [f64; 3], wi: DVec3, wo: DVec3) -> [f64; 3] {
     std::array::from_fn(|k| f[k] - diffuse[k] * wi.z.max(0.0))
 }
 
-/// Over which azimuth a lobe varies on the ring at `theta`: wider far from it, and on small rings.
+/// Azimuth over which a lobe varies on the ring at `theta`: wider far from the lobe, and on small rings.
 fn arc_width(p: &Place, theta: f64, sin: f64) -> f64 {
     let away = (theta - p[0]).abs();
     (p[2].max(0.5 * away) / sin.max(1e-3)).clamp(1e-3, PI)

@@ -7,16 +7,17 @@ use crate::{Material, Part};
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::Brdf;
 
-/// A reflectance, and what any view sees of it.
+/// A reflectance and its slices, from which the image of any view follows.
 pub struct Seen {
     /// The model.
     pub reflectance: Reflectance,
-    /// Its coefficients.
+    /// The coefficients of the reflectance.
     pub slices: Slices,
 }
 
 impl Seen {
-    /// To `tolerance`, with bands up to `most`; with `split`, the Lambertian part is left out of the slices.
+    /// Bakes the slices of a material to `tolerance`, with bands up to `most`; with `split`, the Lambertian
+    /// part is left out of them.
     pub fn bake(
         m: &Material,
         split: bool,

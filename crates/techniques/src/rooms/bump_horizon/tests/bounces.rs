@@ -23,8 +23,8 @@ fn plane(width: usize, height: usize, z: &[f32]) -> Planes {
     Planes::default().with(HEIGHT, Arc::new(t))
 }
 
-/// With w (n·d) = π/N all weigh the same and sum to π; what they weigh has the moments of the cosine; and
-/// reflections before theirs go once along each direction.
+/// With w (n·d) = π/N all directions have the same weight, and the weights sum to π; the directions have the
+/// moments of the cosine; and the directions that precede them in paths of two reflections are a permutation.
 #[test]
 fn directions_weigh_pi_together() {
     for count in [8, 50, 64, 256] {
@@ -62,8 +62,8 @@ fn flat_heights_reflect_nothing() {
 }
 
 /// Lambertian walls of a groove of opening α under light from above: in the mean the first bounce is ρ²EF,
-/// F = 1 − sin(α/2); all of them with direct light are about ρE/(1 − ρF), which takes all points of a wall
-/// for alike, and within 1 % what they are when they are not.
+/// F = 1 − sin(α/2). All bounces with direct light are about ρE/(1 − ρF), a formula that assumes equal
+/// irradiance over a wall; the exact solution is within 1 % of it.
 #[test]
 fn a_grooves_bounces_have_their_closed_forms() {
     let (n, albedo) = (256usize, 0.8);
@@ -99,8 +99,8 @@ fn a_grooves_bounces_have_their_closed_forms() {
     }
 }
 
-/// The heights, in texels, as a mesh of three periods each way, of triangles that are flat: interpolated
-/// normals would make black what is seen of a crease from beside it. The middle period begins at (0, 0).
+/// The heights, in texels, as a mesh of three periods each way with flat triangles: with interpolated
+/// normals, views of a crease from the side would be black. The middle period begins at (0, 0).
 fn relief(n: usize, z: &[f32]) -> Mesh {
     let at = |i: usize, j: usize| Vec3::new(i as f32 - n as f32, z[j % n * n + i % n], j as f32 - n as f32);
     let mut mesh = Mesh::default();
@@ -117,7 +117,7 @@ fn relief(n: usize, z: &[f32]) -> Mesh {
     mesh
 }
 
-/// Real height maps with relief of 8 % of their side: two bounces by links beside paths over the mesh of the
+/// Real height maps with relief of 8 % of their side: two bounces by links against paths over the mesh of the
 /// heights, the error by the number of directions. Texels and lights at random, lights 78 degrees off the
 /// normal at most, views from above.
 #[test]
