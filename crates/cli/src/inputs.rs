@@ -129,11 +129,6 @@ impl ExtraLights {
         Ok(())
     }
 
-    /// Is there any?
-    pub fn is_some(&self) -> bool {
-        self.sun_lights.is_some() || !self.light.is_empty()
-    }
-
     /// What becomes of disks and directional lights.
     pub fn suns(&self) -> Suns {
         match self.suns {

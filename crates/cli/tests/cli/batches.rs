@@ -111,7 +111,7 @@ fn a_turntable_has_one_exposure() {
     }
     assert!(pictures[0] != pictures[1]);
     fails(dir, 2, "turn-{}.png", &[&scene[..], &["--orbit", "3", "-o", "turn.png"]].concat());
-    fails(dir, 2, "--up must not be zero", &[&scene[..], &["--up", "0,0,0", "-o", "a.png"]].concat());
+    fails(dir, 2, "upward direction is zero", &[&scene[..], &["--up", "0,0,0", "-o", "a.png"]].concat());
 }
 
 /// The ground meets the object, fills the picture up to the horizon, and the object stands where it stood.

@@ -37,7 +37,7 @@ fn of_file(spec: &str, session: &mut Session) -> Result<Model, Error> {
     let path = Path::new(spec);
     let mut loaded = session.load_mesh(path)?;
     place_textures(&mut loaded);
-    if loaded.materials.iter().any(|m| m.normal_texture.is_some()) {
+    if loaded.materials.iter().any(|m| m.normal_texture.is_some() || m.anisotropy.is_some()) {
         make_tangents(&mut loaded.meshes);
     }
     complete(&mut loaded.meshes);
