@@ -505,8 +505,8 @@ mod tests {
         assert_eq!((of(0.01, 0.05), of(0.6, 0.7)), (None, None));
     }
 
-    /// Of a material with a map of roughness those techniques alone are baked that take it, once one of them is
-    /// good; the others are named with what they leave out.
+    /// With a map of roughness only techniques that take it are baked, once one of them is good; the others
+    /// are named with what they leave out.
     #[test]
     fn techniques_that_leave_out_what_the_material_gives_are_not_baked() {
         let mut session = Session::new();

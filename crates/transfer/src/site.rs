@@ -26,8 +26,8 @@ pub struct Atlas {
 }
 
 impl Atlas {
-    /// Triangles without a texel of their own may be this part of the area: they are smaller than a texel, and
-    /// the one about their middle is as near to them as interpolation is elsewhere.
+    /// The largest part of the area that triangles without a texel of their own may be. They are smaller than
+    /// a texel, and the one about their middle is as near to them as interpolation is elsewhere.
     const MOST_MISSING: f64 = 0.01;
     /// Texels nearer than this to an edge, in texels, belong to both its sides: more than 32-bit coordinates
     /// round by in an atlas of 16384 texels a side.
@@ -163,8 +163,8 @@ mod tests {
         assert!(coarse.missing > 100 && !coarse.is_whole());
     }
 
-    /// Coordinates beyond the image are those of the repeated one, and a triangle smaller than a texel has the
-    /// one about its middle.
+    /// Coordinates beyond the image are those of the repeated one, and a triangle smaller than a texel has
+    /// the one about its middle.
     #[test]
     fn atlases_repeat_and_small_triangles_have_a_texel() {
         let square = shapes::by_name("plane:size=2").expect("a shape");

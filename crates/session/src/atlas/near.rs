@@ -1,5 +1,5 @@
-//! Columns of figure 11 of techniques for directional and point lights, tried at points beside the reflectance
-//! itself under the same lights.
+//! Columns of figure 11 of techniques for directional and point lights, tried at points: shading is compared
+//! with the reflectance itself under the same lights.
 
 use super::trials::{BUMPED, Outcome, difference, points, tilted};
 use super::{Chapter, Stage, scatters, usual_specimen};

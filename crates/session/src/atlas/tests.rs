@@ -49,8 +49,8 @@ fn surfaces_are_seen_to_shadow_and_to_reflect() {
     }
 }
 
-/// What techniques for directional and point lights claim of bumps, and of light and objects that change, holds
-/// at points beside the reflectance itself; a reflectance of each point's own too where it is known.
+/// Claims of techniques for directional and point lights about bumps, and light and objects that change, hold
+/// at points, compared with the reflectance itself; so does a reflectance that varies, where it is known.
 #[test]
 fn local_techniques_are_seen_to_keep_their_claims() {
     let mut measured = 0;

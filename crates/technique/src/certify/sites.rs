@@ -71,8 +71,8 @@ impl Paths<'_> {
         shade: Shade<'_>,
     ) -> Result<Certificate, BakeError> {
         let (errors, noise) = self.errors(slug, task, shade)?;
-        // What techniques compute by elevation is what open sites lose: shadows and interpolation between sites,
-        // which are most of the error, are in the measured belts alone.
+        // Errors that techniques compute by elevation are those of open sites. Shadows and interpolation
+        // between sites, most of the error, are in the measured belts alone.
         let estimate = report.estimate.clone().map(|e| Estimate { elevations: Vec::new(), ..e });
         let report = Report { estimate, ..report.clone() };
         Ok(errors.certificate(&report).metric(METRIC).detail("noise of the paths", noise))
