@@ -104,10 +104,8 @@ impl Display for Choice {
             write!(f, "; for want of time not of: {}", names(&dear))?;
         }
         let partial = of(Verdict::LeavesOut);
-        if let Some(first) = partial.first() {
-            write!(f, "; not of those that leave out {}", first.left_out.join(" and "))?;
-            let others = partial.iter().any(|t| t.left_out != first.left_out);
-            write!(f, "{}: {}", if others { " or more" } else { "" }, names(&partial))?;
+        if !partial.is_empty() {
+            write!(f, "; not of those that leave out parts of the material: {}", names(&partial))?;
         }
         Ok(())
     }

@@ -506,7 +506,7 @@ mod tests {
     }
 
     /// With a map of roughness only techniques that take it are baked, once one of them is good; the others
-    /// are named with what they leave out.
+    /// are named.
     #[test]
     fn techniques_that_leave_out_what_the_material_gives_are_not_baked() {
         let mut session = Session::new();
@@ -520,7 +520,7 @@ mod tests {
         assert_eq!((p.method.slug(), p.left_out()), ("split_sum", Vec::<&str>::new()), "{choice}");
         assert!(choice.trials.iter().filter(leaves_out).count() > 3, "{choice}");
         assert!(choice.trials.iter().filter(leaves_out).all(|t| t.seconds == 0.0), "{choice}");
-        assert!(choice.to_string().contains("leave out the variation of roughness: "), "{choice}");
+        assert!(choice.to_string().contains("leave out parts of the material: "), "{choice}");
     }
 
     /// Mirrors stand for what is as sharp as a mirror, and not for every width of the same model.
