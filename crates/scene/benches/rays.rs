@@ -1,5 +1,6 @@
-//! Any-hit rays on the Stanford bunny (the workload of visibility precomputation): 256 stratified cosine
-//! directions for every fourth vertex, one thread, against obvhs' own traversals in the same run.
+//! Any-hit rays on the Stanford bunny and on a torus knot of 100,000 triangles (the workload of visibility
+//! precomputation): 256 stratified cosine directions for every fourth vertex, one thread, against obvhs' own
+//! traversals in the same run, and against Embree's by `scripts/embree-rays.py`.
 #![expect(clippy::print_stdout, reason = "a benchmark reports")]
 
 use glam::{Vec3, Vec3A};
@@ -8,7 +9,7 @@ use obvhs::{BvhBuildParams, bvh2, cwbvh};
 use std::f32::consts::TAU;
 use std::time::{Duration, Instant};
 use steradian_formats::Limits;
-use steradian_scene::{Bvh, Mesh, Ray, load};
+use steradian_scene::{Bvh, Mesh, Ray, load, shapes};
 use steradian_testkit::data;
 
 /// 16 × 16 strata of the cosine-weighted hemisphere about the normal, turned by a hash of the vertex.
@@ -60,7 +61,7 @@ fn measure(name: &str, rays: &[Ray], baseline: Option<f64>, f: impl Fn(&Ray) -> 
     rate
 }
 
-/// Writes the rays for another program (`scripts/embree-rays.py`): counts of vertices, triangles and rays as
+/// Writes the rays into the folder `STERADIAN_DUMP` for `scripts/embree-rays.py`: counts of vertices, triangles and rays as
 /// u32, then positions, indices, and origins and directions, all little-endian.
 fn dump(path: &std::path::Path, mesh: &Mesh, rays: &[Ray]) -> std::io::Result<()> {
     let mut bytes = Vec::new();
@@ -80,24 +81,34 @@ fn dump(path: &std::path::Path, mesh: &Mesh, rays: &[Ray]) -> std::io::Result<()
 }
 
 fn main() {
-    let Some(path) = data("meshes/bunny_bun_zipper.ply") else { return };
-    let Ok(loaded) = load(&path, &Limits::default()) else { return };
-    let mesh = loaded.merged();
-    let rays = rays(&mesh);
+    let bunny = data("meshes/bunny_bun_zipper.ply").and_then(|p| load(&p, &Limits::default()).ok());
+    if let Some(loaded) = bunny {
+        compare("bunny", &loaded.merged());
+    }
+    compare("knot", &shapes::knot(2, 3, 0.56, 0.28, 0.16, 365));
+}
+
+fn compare(name: &str, mesh: &Mesh) {
+    let rays = rays(mesh);
     let triangles: Vec<Triangle> = (0..mesh.triangles.len())
         .map(|i| {
             let [v0, v1, v2] = mesh.corners(i).map(Vec3A::from);
             Triangle { v0, v1, v2 }
         })
         .collect();
-    if let Some(path) = std::env::var_os("STERADIAN_DUMP")
-        && let Err(e) = dump(std::path::Path::new(&path), &mesh, &rays)
+    if let Some(folder) = std::env::var_os("STERADIAN_DUMP")
+        && let Err(e) = dump(&std::path::Path::new(&folder).join(format!("{name}.rays")), mesh, &rays)
     {
         println!("cannot write the rays: {e}");
     }
-    println!("{} triangles, {} rays, {}", mesh.triangles.len(), rays.len(), steradian_simd::isa().name());
+    println!(
+        "{name}: {} triangles, {} rays, {}",
+        mesh.triangles.len(),
+        rays.len(),
+        steradian_simd::isa().name()
+    );
     let start = Instant::now();
-    let ours = Bvh::build(&mesh);
+    let ours = Bvh::build(mesh);
     println!(
         "build: ours {:.0} ms, {:.1} MB",
         1e3 * start.elapsed().as_secs_f64(),
