@@ -23,6 +23,20 @@ pub enum TensorData {
     F64(Vec<f64>),
     /// Unsigned integers.
     U32(Vec<u32>),
+    /// 8-bit whole numbers.
+    I8(Vec<i8>),
+}
+
+/// TensorNumbers of a tensor of floats in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TensorNumbers {
+    /// 32-bit floats.
+    #[default]
+    F32,
+    /// 16-bit floats.
+    F16,
+    /// Whole numbers, 127 for 1: of floats from −1 to 1.
+    I8,
 }
 
 impl TensorData {
@@ -33,6 +47,7 @@ impl TensorData {
             Self::F16(v) => v.len(),
             Self::F64(v) => v.len(),
             Self::U32(v) => v.len(),
+            Self::I8(v) => v.len(),
         }
     }
 
@@ -53,6 +68,7 @@ impl TensorData {
             Self::F16(v) => v.iter().map(|x| x.to_f32()).collect(),
             Self::F64(v) => v.iter().map(|&x| x as f32).collect(),
             Self::U32(v) => v.iter().map(|&x| x as f32).collect(),
+            Self::I8(v) => v.iter().map(|&x| x.into()).collect(),
         }
     }
 
@@ -63,6 +79,7 @@ impl TensorData {
             Self::F16(v) => v.iter().map(|x| x.to_f64()).collect(),
             Self::F64(v) => Cow::Borrowed(v),
             Self::U32(v) => v.iter().map(|&x| x.into()).collect(),
+            Self::I8(v) => v.iter().map(|&x| x.into()).collect(),
         }
     }
 
@@ -74,6 +91,15 @@ impl TensorData {
         }
     }
 
+    /// `v` as numbers of a kind.
+    fn of(v: Vec<f32>, numbers: TensorNumbers) -> Self {
+        match numbers {
+            TensorNumbers::F32 => Self::F32(v),
+            TensorNumbers::F16 => Self::F16(v.iter().map(|&x| f16::from_f32(x)).collect()),
+            TensorNumbers::I8 => Self::I8(v.iter().map(|x| (127.0 * x).round() as i8).collect()),
+        }
+    }
+
     /// The format's name and bytes per element.
     fn dtype(&self) -> (&'static str, usize) {
         match self {
@@ -81,6 +107,7 @@ impl TensorData {
             Self::F16(_) => ("F16", 2),
             Self::F64(_) => ("F64", 8),
             Self::U32(_) => ("U32", 4),
+            Self::I8(_) => ("I8", 1),
         }
     }
 
@@ -90,6 +117,7 @@ impl TensorData {
             Self::F16(v) => v.iter().try_for_each(|x| w.write_all(&x.to_le_bytes())),
             Self::F64(v) => v.iter().try_for_each(|x| w.write_all(&x.to_le_bytes())),
             Self::U32(v) => v.iter().try_for_each(|x| w.write_all(&x.to_le_bytes())),
+            Self::I8(v) => v.iter().try_for_each(|x| w.write_all(&x.to_le_bytes())),
         }
     }
 
@@ -99,6 +127,7 @@ impl TensorData {
             Dtype::F16 => Self::F16(elements(bytes, f16::from_le_bytes)),
             Dtype::F64 => Self::F64(elements(bytes, f64::from_le_bytes)),
             Dtype::U32 => Self::U32(elements(bytes, u32::from_le_bytes)),
+            Dtype::I8 => Self::I8(elements(bytes, i8::from_le_bytes)),
             _ => return None,
         })
     }
@@ -127,6 +156,21 @@ impl Tensor {
     /// A tensor of f64, as [`Tensor::f32`].
     pub fn f64(shape: impl Into<Vec<usize>>, data: Vec<f64>) -> Self {
         Self { shape: shape.into(), data: TensorData::F64(data) }
+    }
+
+    /// The elements as 8-bit whole numbers, and by what those of each place in the last index are multiplied: a
+    /// 127th of the largest magnitude there. Elements that are not finite become 0.
+    pub fn scaled_bytes(&self) -> (Self, Self) {
+        let v = self.data.to_f32();
+        let last = self.shape.last().copied().unwrap_or(1).max(1);
+        let largest = |i: usize| {
+            let finite = v.iter().skip(i).step_by(last).map(|x| x.abs()).filter(|x| x.is_finite());
+            finite.fold(0.0f32, f32::max)
+        };
+        let scale: Vec<f32> = (0..last).map(|i| largest(i) / 127.0).collect();
+        let whole = |(x, s): (&f32, &f32)| if *s > 0.0 { (x / s).round() as i8 } else { 0 };
+        let bytes = v.iter().zip(scale.iter().cycle()).map(whole).collect();
+        (Self { shape: self.shape.clone(), data: TensorData::I8(bytes) }, Self::f32([last], scale))
     }
 }
 
@@ -170,7 +214,7 @@ impl TensorFile {
             order.push((name, &t.shape, Elements::Held(&t.data)));
         }
         if let Some(made) = made {
-            order.push((made.name, made.shape, Elements::Made(made.half, made.parts)));
+            order.push((made.name, made.shape, Elements::Made(made.numbers, made.parts)));
             order.sort_by_key(|(name, ..)| *name);
         }
         order.sort_by_key(|(.., elements)| std::cmp::Reverse(elements.dtype().1));
@@ -196,12 +240,12 @@ impl TensorFile {
         for (name, shape, elements) in order {
             match elements {
                 Elements::Held(data) => data.write(w)?,
-                Elements::Made(half, parts) => {
+                Elements::Made(numbers, parts) => {
                     let mut count = 0;
                     for part in parts {
-                        let part = TensorData::F32(part?);
+                        let part = TensorData::of(part?, numbers);
                         count += part.len();
-                        if half { part.halved().write(w)? } else { part.write(w)? }
+                        part.write(w)?;
                     }
                     if product(shape) != Some(count) {
                         return wrong(name);
@@ -219,16 +263,16 @@ pub struct TensorParts<'a> {
     pub name: &'a str,
     /// Length of each index.
     pub shape: &'a [usize],
-    /// Are its elements 16-bit floats? Else they have 32 bits.
-    pub half: bool,
+    /// Its numbers in the file.
+    pub numbers: TensorNumbers,
     /// Runs of elements, together as many as the product of the shape; an error ends the writing.
     pub parts: &'a mut dyn Iterator<Item = io::Result<Vec<f32>>>,
 }
 
-/// Elements in memory, or still to be made, of 16 bits or 32.
+/// Elements in memory, or still to be made.
 enum Elements<'a> {
     Held(&'a TensorData),
-    Made(bool, &'a mut dyn Iterator<Item = io::Result<Vec<f32>>>),
+    Made(TensorNumbers, &'a mut dyn Iterator<Item = io::Result<Vec<f32>>>),
 }
 
 impl Elements<'_> {
@@ -236,8 +280,9 @@ impl Elements<'_> {
     fn dtype(&self) -> (&'static str, usize) {
         match self {
             Self::Held(data) => data.dtype(),
-            Self::Made(true, _) => ("F16", 2),
-            Self::Made(false, _) => ("F32", 4),
+            Self::Made(TensorNumbers::F32, _) => ("F32", 4),
+            Self::Made(TensorNumbers::F16, _) => ("F16", 2),
+            Self::Made(TensorNumbers::I8, _) => ("I8", 1),
         }
     }
 }
@@ -303,6 +348,7 @@ mod tests {
         f.tensors.insert("c".into(), Tensor { shape: vec![3, 1], data: half });
         f.tensors.insert("d".into(), Tensor { shape: vec![], data: TensorData::U32(vec![7]) });
         f.tensors.insert("e".into(), Tensor::f32([0, 4], vec![]));
+        f.tensors.insert("g".into(), Tensor { shape: vec![3], data: TensorData::I8(vec![-128, 0, 127]) });
         f.metadata.insert("steradian.version".into(), "ε \"quoted\"".into());
         f.metadata.insert("basis".into(), "real SH".into());
         f
@@ -332,12 +378,13 @@ mod tests {
     fn a_tensor_in_parts_is_as_one_in_memory() {
         let d = tempfile::tempdir().unwrap();
         let (whole, parts) = (d.path().join("a"), d.path().join("b"));
-        let values: Vec<f32> = (0..12).map(|k| 0.1 * k as f32).collect();
-        for half in [false, true] {
+        let mut values: Vec<f32> = (0..12).map(|k| 0.1 * k as f32).collect();
+        values[11] = -1.0;
+        for numbers in [TensorNumbers::F32, TensorNumbers::F16, TensorNumbers::I8] {
             let mut f = sample();
             let write = |runs: usize, f: &TensorFile| {
                 let mut made = values.chunks(5).take(runs).map(|v| Ok(v.to_vec()));
-                let made = TensorParts { name: "bb", shape: &[4, 3], half, parts: &mut made };
+                let made = TensorParts { name: "bb", shape: &[4, 3], numbers, parts: &mut made };
                 write_tensors_with(&parts, f, made)
             };
             write(3, &f).unwrap();
@@ -345,8 +392,11 @@ mod tests {
             let before = std::fs::read(&parts).unwrap();
             assert!(write(2, &f).unwrap_err().to_string().contains("'bb'"));
             assert_eq!(std::fs::read(&parts).unwrap(), before);
-            let data = TensorData::F32(values.clone());
-            let data = if half { data.halved() } else { data };
+            let data = match numbers {
+                TensorNumbers::F32 => TensorData::F32(values.clone()),
+                TensorNumbers::F16 => TensorData::F32(values.clone()).halved(),
+                TensorNumbers::I8 => TensorData::I8(vec![0, 13, 25, 38, 51, 64, 76, 89, 102, 114, 127, -127]),
+            };
             f.tensors.insert("bb".into(), Tensor { shape: vec![4, 3], data });
             write_tensors(&whole, &f).unwrap();
             assert_eq!(std::fs::read(&whole).unwrap(), before);
@@ -362,6 +412,9 @@ mod tests {
         assert_eq!(*f.tensors["d"].data.to_f64(), [7.0]);
         let halves = f.tensors["a"].data.halved();
         assert_eq!((halves.bytes(), &halves.to_f32()[..5]), (12, &[1., 2., 3., -4., 5.][..]));
-        assert!(f.require("x").unwrap_err().contains("a, b, c, d, e"));
+        assert!(f.require("x").unwrap_err().contains("a, b, c, d, e, g"));
+        let (whole, scale) = Tensor::f32([2, 2], vec![0.5, 0.0, -2.0, f32::NAN]).scaled_bytes();
+        assert_eq!((&whole.data, whole.shape), (&TensorData::I8(vec![32, 0, -127, 0]), vec![2, 2]));
+        assert_eq!(scale, Tensor::f32([2], vec![2.0 / 127.0, 0.0]));
     }
 }

@@ -10,11 +10,12 @@ use std::sync::Arc;
 use std::time::Instant;
 use steradian_engines::{VertexNumbers, glb};
 use steradian_formats::{
-    CsvTable, TensorFile, TensorParts, read_tensors, write_atomic, write_tensors, write_tensors_with,
+    CsvTable, Tensor, TensorFile, TensorNumbers, TensorParts, read_tensors, write_atomic, write_tensors,
+    write_tensors_with,
 };
 use steradian_scene::Mesh;
 use steradian_transfer::{
-    BLOCK, Saved, Scene, Settings, Site, Store, TransferError, key, mesh_digest, transfer,
+    BLOCK, Saved, Scene, Settings, Site, Store, TransferError, key, mesh_digest, scale_of, transfer,
 };
 
 /// The places that get transfer.
@@ -165,8 +166,8 @@ impl Session {
         }
     }
 
-    /// Writes transfer: to a .glb file as attributes of the mesh's vertices in numbers of `bits` (8, 16, 32),
-    /// to any other as tensors with their provenance, of 16-bit floats for 16. Removes the data kept for
+    /// Writes transfer in numbers of `bits` (8, 16, 32): to a .glb file as attributes of the mesh's vertices, to
+    /// any other as tensors with their provenance, of whole numbers with scales for 8 and of halves for 16. Removes the data kept for
     /// resuming after an interruption.
     pub fn write_transfer(&mut self, done: Done, bits: u32, path: &Path) -> Result<(), Error> {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
@@ -177,26 +178,34 @@ impl Session {
             write_atomic(path, |w| w.write_all(&bytes))?;
             return self.finish_transfer(done);
         }
-        let half = match bits {
-            16 => true,
-            32 => false,
-            _ => return Err(Error::usage("tensors have 16 or 32 bits: 8 are for the vertices of a .glb")),
+        let numbers = match bits {
+            8 => TensorNumbers::I8,
+            16 => TensorNumbers::F16,
+            32 => TensorNumbers::F32,
+            _ => return Err(Error::usage(format!("numbers have 8, 16 or 32 bits, not {bits}"))),
         };
-        let mut file = done.saved.tensors();
+        let mut file = match numbers {
+            TensorNumbers::I8 => done.saved.tensors_of_bytes(),
+            _ => done.saved.tensors(),
+        };
         file.metadata.extend(self.provenance_pairs());
-        if half {
+        if numbers == TensorNumbers::F16 {
             file.tensors.values_mut().for_each(|t| t.data = t.data.halved());
         }
         let (sites, n) = (done.sites.len(), done.saved.transfer.bands.pow(2));
         if done.saved.transfer.wide > done.saved.transfer.bands {
             // The matrices would take more memory than everything else, and are therefore written in parts.
+            if numbers == TensorNumbers::I8 {
+                // |∫ V Y_i Y_j dw| ≤ 1.
+                file.tensors.insert(scale_of("m"), Tensor::f32([n], vec![1.0 / 127.0; n]));
+            }
             self.task.begin("matrices", sites as u64);
             let mut parts = done.saved.matrices(&done.sites).map(|m| {
                 self.task.check().map_err(std::io::Error::other)?;
                 self.task.advance((m.len() / (n * n)) as u64);
                 Ok(m)
             });
-            let made = TensorParts { name: "m", shape: &[sites, n, n], half, parts: &mut parts };
+            let made = TensorParts { name: "m", shape: &[sites, n, n], numbers, parts: &mut parts };
             let written = write_tensors_with(path, &file, made);
             self.task.end();
             // An interruption is not reported as an error of the file.

@@ -4,7 +4,7 @@
 //! (Sloan, Kautz & Snyder 2002, *Precomputed Radiance Transfer*, section 4). t at a hit is interpolated
 //! between the corners of its triangle; surfaces seen from behind are black.
 
-use crate::grid::{direction, jitter, place};
+use crate::grid::{direction, offset, place, shift};
 use crate::links::faces;
 use crate::table::Table;
 use crate::{Scene, Settings, Site, Transfer, TransferError, direct, memory};
@@ -151,9 +151,10 @@ impl Gather<'_> {
     fn look(&self, site: &Site, seed: u32, level: u32, work: &mut Work) {
         let frame = Frame::from_normal(site.n.as_dvec3().normalize()).matrix().as_mat3();
         let origin = site.p + site.n * self.settings.offset;
-        let scale = 1.0 / (1u32 << level) as f32;
+        let (scale, shift) = (1.0 / (1u32 << level) as f32, shift(seed, level));
         let ray = |cell: u32| {
-            let ([x, y], [u, v]) = (place(cell), jitter(seed, level, cell));
+            let [x, y] = place(cell);
+            let [u, v] = offset(shift, [x, y]);
             Ray { origin, direction: frame * direction((x as f32 + u) * scale, (y as f32 + v) * scale) }
         };
         work.rays.clear();

@@ -3,7 +3,7 @@
 use crate::{Products, Recovery, Settings, Site, Transfer, TransferError};
 use std::path::Path;
 use steradian_base::{Input, Task};
-use steradian_formats::{Tensor, TensorFile};
+use steradian_formats::{Tensor, TensorData, TensorFile};
 use steradian_parallel::prelude::*;
 use steradian_scene::Mesh;
 
@@ -43,7 +43,9 @@ const RAYS: &str = "steradian.rays";
 ///
 /// Tensors: `t` (sites, channels, bands²), `v` (sites, wide²), `ao` (sites), `bent` (sites, 3), `error`
 /// (sites, 2), and optionally `h` (sites, bands²), visibility by least squares over the hemisphere, and `m`
-/// (sites, bands², bands²), the matrices of glossy transfer ([`Saved::matrices`]).
+/// (sites, bands², bands²), the matrices of glossy transfer ([`Saved::matrices`]). A tensor of 8-bit whole
+/// numbers has its scale beside it: a number times the element of `NAME.scale` at its place in the last index
+/// is the value ([`Saved::tensors_of_bytes`]).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Saved {
     /// The data.
@@ -144,6 +146,23 @@ impl Saved {
         file
     }
 
+    /// [`Saved::tensors`] in 8-bit whole numbers with scales; ambient occlusion, bent normals and errors, few
+    /// numbers, become 16-bit floats.
+    pub fn tensors_of_bytes(&self) -> TensorFile {
+        let mut file = self.tensors();
+        for name in ["t", "direct", "v", "h"] {
+            if let Some(tensor) = file.tensors.get_mut(name) {
+                let (bytes, scale) = tensor.scaled_bytes();
+                *tensor = bytes;
+                file.tensors.insert(scale_of(name), scale);
+            }
+        }
+        for name in ["ao", "bent", "error"] {
+            file.tensors.entry(name.into()).and_modify(|t| t.data = t.data.halved());
+        }
+        file
+    }
+
     fn metadata(&self) -> [(String, String); 11] {
         let x = &self.transfer;
         let albedo = |a: &[f64; 3]| format!("{}/{}/{}", a[0], a[1], a[2]);
@@ -190,7 +209,14 @@ impl Saved {
             *tensor("t")?.shape.get(1).filter(|c| matches!(c, 1 | 3)).ok_or_else(|| damaged("t"))?;
         let values = |name: &str, shape: &[usize]| {
             let t = tensor(name)?;
-            let v = t.data.to_f32().into_owned();
+            let mut v = t.data.to_f32().into_owned();
+            if matches!(t.data, TensorData::I8(_)) {
+                let scale = tensor(&scale_of(name))?;
+                if scale.data.is_empty() || Some(&scale.data.len()) != t.shape.last() {
+                    return Err(damaged(&scale_of(name)));
+                }
+                v.iter_mut().zip(scale.data.to_f32().iter().cycle()).for_each(|(v, s)| *v *= s);
+            }
             let fits = t.shape == shape
                 && v.len() == shape.iter().product::<usize>()
                 && v.iter().all(|x| x.is_finite());
@@ -249,6 +275,11 @@ impl Saved {
         }
         Ok(())
     }
+}
+
+/// Name of the scale of a tensor of 8-bit whole numbers.
+pub fn scale_of(name: &str) -> String {
+    format!("{name}.scale")
 }
 
 /// SHA-256, in hexadecimal, of the data that visibility depends on: positions, normals and triangles.

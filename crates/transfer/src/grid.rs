@@ -77,12 +77,25 @@ pub fn start(level: u32) -> usize {
     ((1usize << (2 * level)) - 1) / 3
 }
 
-/// A number in [0, 1)² for a cell of a level of a site, identical on every machine.
+/// Where in its cell, column `x` and row `y` of a level, the point lies that a site's ray goes through, in
+/// [0, 1)²: identical on every machine.
+///
+/// The points of a level's 4^level cells are a (0, 2·level, 2)-net in base 2 (Niederreiter 1987, "Point Sets and
+/// Sequences with Small Discrepancy"): every rectangle of sides 2^−i × 2^−j and the area of a cell, at multiples
+/// of its sides, has one, and so has every square of cells within itself. Such points are columns and rows whose
+/// digits go on with those of the other one in reverse; a digital shift of each site and level makes every place
+/// in a cell equally likely (Owen 1995, "Randomly Permuted (t, m, s)-Nets and (t, s)-Sequences", on scrambles).
 #[inline(always)]
-pub fn jitter(seed: u32, level: u32, cell: u32) -> [f32; 2] {
+pub fn offset(shift: [u32; 2], [x, y]: [u32; 2]) -> [f32; 2] {
+    let unit = |digits: u32| (digits >> 8) as f32 * (1.0 / (1 << 24) as f32);
+    [unit(y.reverse_bits() ^ shift[0]), unit(x.reverse_bits() ^ shift[1])]
+}
+
+/// Digital shift of a site's points of a level.
+pub fn shift(seed: u32, level: u32) -> [u32; 2] {
     // Jarzynski & Olano 2020, "Hash Functions for GPU Rendering" (JCGT 9(3)): pcg3d.
     let step = |v: u32| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-    let (mut x, mut y, mut z) = (step(cell), step(seed), step(level));
+    let (mut x, mut y, mut z) = (step(0), step(seed), step(level));
     x = x.wrapping_add(y.wrapping_mul(z));
     y = y.wrapping_add(z.wrapping_mul(x));
     z = z.wrapping_add(x.wrapping_mul(y));
@@ -91,8 +104,7 @@ pub fn jitter(seed: u32, level: u32, cell: u32) -> [f32; 2] {
     z ^= z >> 16;
     x = x.wrapping_add(y.wrapping_mul(z));
     y = y.wrapping_add(z.wrapping_mul(x));
-    let unit = |v: u32| (v >> 8) as f32 * (1.0 / (1 << 24) as f32);
-    [unit(x), unit(y)]
+    [x, y]
 }
 
 #[cfg(test)]
@@ -136,17 +148,34 @@ mod tests {
         assert_eq!((0..4).map(start).collect::<Vec<_>>(), [0, 1, 5, 21]);
     }
 
-    /// Σ over a chi² of 64 bins: pairs are spread over the square whatever is counted up.
+    /// Every rectangle of the area of a cell has one point, whatever its shape.
     #[test]
-    fn jitter_fills_the_square() {
-        for which in 0..3 {
+    fn points_of_a_level_are_a_net() {
+        for (level, seed) in [(1u32, 3), (3, 0), (4, 77)] {
+            let (side, shift) = (1u32 << level, shift(seed, level));
+            for across in 0..=2 * level {
+                let (columns, rows) = (1u32 << across, 1u32 << (2 * level - across));
+                let mut filled = vec![false; (columns * rows) as usize];
+                for cell in 0..side * side {
+                    let [x, y] = place(cell);
+                    let [u, v] = offset(shift, [x, y]).map(f64::from);
+                    let a = (f64::from(x) + u) / f64::from(side) * f64::from(columns);
+                    let b = (f64::from(y) + v) / f64::from(side) * f64::from(rows);
+                    let bin = &mut filled[(b as u32 * columns + a as u32) as usize];
+                    assert!(!*bin, "level {level}, {columns} x {rows}");
+                    *bin = true;
+                }
+            }
+        }
+    }
+
+    /// χ² of 64 bins: the places in a cell fill it whatever is counted up, sites or levels.
+    #[test]
+    fn shifts_fill_the_square() {
+        for which in 0..2 {
             let mut bins = [0u32; 64];
             for k in 0..6400 {
-                let [x, y] = match which {
-                    0 => jitter(k, 5, 77),
-                    1 => jitter(9, k, 3),
-                    _ => jitter(9, 5, k),
-                };
+                let [x, y] = offset(if which == 0 { shift(k, 5) } else { shift(9, k) }, [7, 5]);
                 bins[(8.0 * x) as usize + 8 * (8.0 * y) as usize] += 1;
             }
             let chi: f64 = bins.iter().map(|b| (f64::from(*b) - 100.0).powi(2) / 100.0).sum();

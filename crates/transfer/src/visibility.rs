@@ -1,8 +1,8 @@
 //! Visibility of a site: cells of the hemisphere, refined where neighbours differ.
 //!
-//! Every cell of a regular grid gets one ray at a random place in it. Cells that do not agree with their
-//! neighbours are divided in four, each with a ray of its own, and so on until the estimate of the error is
-//! small enough. Boundaries of length s in cells of side h leave an error of order √(s h³); the grid alone
+//! Every cell of a regular grid gets one ray, through a point in it of a randomly shifted net of low discrepancy.
+//! Cells that do not agree with their neighbours are divided in four, each with a ray of its own, and so on until
+//! the estimate of the error is small enough. Boundaries of length s in cells of side h leave an error of order √(s h³); the grid alone
 //! would take the square of the rays.
 //!
 //! Surfaces that touch leave gaps far thinner than a cell. Four rules find them:
@@ -19,7 +19,7 @@
 //!
 //! Features that are smaller than a cell of the first grid and isolated may still be missed.
 
-use crate::grid::{cell_at, direction, jitter, place};
+use crate::grid::{cell_at, direction, offset, place, shift};
 use crate::table::{Table, finer_weight};
 use glam::{Mat3, Vec3};
 use steradian_scene::{Bvh, Ray};
@@ -376,7 +376,7 @@ impl Scratch {
     }
 }
 
-/// Rays through random places of cells.
+/// Rays through the points of cells.
 struct Aim<'a> {
     cells: &'a [u32],
     seed: u32,
@@ -394,11 +394,13 @@ impl Kernel for Aim<'_> {
         // A block of so many, in loops that compilers vectorise.
         const SOME: usize = 16;
         let scale = 1.0 / (1u32 << self.level) as f32;
+        let shift = shift(self.seed, self.level);
         for cells in self.cells.chunks(SOME) {
             let (mut all, mut d) = ([0; SOME], [[0.0; SOME]; 3]);
             all[..cells.len()].copy_from_slice(cells);
             for (i, cell) in all.iter().enumerate() {
-                let ([x, y], [u, v]) = (place(*cell), jitter(self.seed, self.level, *cell));
+                let [x, y] = place(*cell);
+                let [u, v] = offset(shift, [x, y]);
                 let to = self.frame * direction((x as f32 + u) * scale, (y as f32 + v) * scale);
                 [d[0][i], d[1][i], d[2][i]] = [to.x, to.y, to.z];
             }

@@ -48,7 +48,7 @@ pub struct Options {
     /// Matrices of glossy transfer too, bands² x bands² a site
     #[arg(long)]
     matrices: bool,
-    /// Bits of the numbers written: 32, 16 (halves in .safetensors), or 8 (vertices of a .glb alone)
+    /// Bits of the numbers written: 32, 16 (halves in .safetensors), or 8 (whole numbers with scales)
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = bits)]
     bits: u32,
     /// WGSL that shades a vertex with such transfer, to this file
@@ -105,9 +105,6 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
             return Err(Failure::usage(
                 "a .glb carries vectors of its vertices: for points, an atlas, hemispheres or matrices write .safetensors",
             ));
-        }
-        if !vertices && o.bits == 8 {
-            return Err(Failure::usage("tensors have 16 or 32 bits: --bits 8 is for a .glb"));
         }
     }
     inputs::check_text(o.wgsl.as_deref())?;

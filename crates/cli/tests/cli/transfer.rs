@@ -3,6 +3,7 @@
 use super::common::{ends, fails, said, well};
 use std::fs;
 use steradian_formats::{Limits, read_tensors};
+use steradian_transfer::Saved;
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n";
 
@@ -129,10 +130,10 @@ fn matrices_beyond_the_memory_are_the_same() {
         well(dir, &[&line[..], &["-o", "m.safetensors"], more].concat());
         read_tensors(&dir.join("m.safetensors"), &Limits::default()).expect("tensors").tensors
     };
-    for bits in ["32", "16"] {
+    for bits in ["32", "16", "8"] {
         let whole = made(&["--bits", bits]);
         let bytes = whole["m"].data.bytes();
-        assert!(bytes > 700_000, "{bytes} bytes");
+        assert!(bytes > 350_000, "{bytes} bytes");
         assert!(made(&["--bits", bits, "--max-memory", "512K"]) == whole);
     }
     assert!(!dir.join("m.safetensors.part").exists());
@@ -168,7 +169,37 @@ fn engines_get_vertices_with_transfer_and_its_shader() {
     let size = |name: &str| fs::metadata(dir.join(name)).expect("there").len() as f64;
     assert!(size("h.safetensors") < 0.6 * size("f.safetensors"));
     assert!(well(dir, &["inspect", "h.safetensors"]).contains("5 bands"));
-    ends(dir, 2, "--bits 8 is for a .glb", &with(&["--bits", "8", "-o", "x.safetensors"]));
+    // Bytes with scales: each value within half a step of that of its coefficient.
+    well(dir, &with(&["--bits", "8", "--matrices", "-o", "b.safetensors"]));
+    well(dir, &with(&["--matrices", "-o", "m.safetensors"]));
+    let read = |name: &str| read_tensors(&dir.join(name), &Limits::default()).expect("tensors");
+    let (bytes, floats) = (read("b.safetensors"), read("m.safetensors"));
+    let (saved, whole) = (Saved::read(&bytes).expect("transfer"), Saved::read(&floats).expect("transfer"));
+    let steps = bytes.tensors["t.scale"].data.to_f32();
+    assert_eq!(steps.len(), 25);
+    for (k, (a, b)) in saved.transfer.t.iter().zip(&whole.transfer.t).enumerate() {
+        assert!((a - b).abs() <= 0.5001 * steps[k % 25], "{k}: {a} {b}");
+    }
+    let (a, b) = (bytes.tensors["m"].data.to_f32(), floats.tensors["m"].data.to_f32());
+    assert!(a.iter().zip(b.iter()).all(|(a, b)| (a / 127.0 - b).abs() < 0.501 / 127.0));
+    assert!(size("b.safetensors") < 0.27 * size("m.safetensors"));
+    let line = [
+        "render",
+        "torus:segments=12",
+        "-b",
+        "lambert",
+        "-t",
+        "prt-diffuse",
+        "--size",
+        "16x16",
+        "-o",
+        "x.png",
+    ];
+    well(dir, &[&line[..], &["--transfer", "b.safetensors"]].concat());
+    // Without its scale a tensor of bytes is none.
+    let mut damaged = bytes;
+    damaged.tensors.remove("t.scale");
+    assert!(Saved::read(&damaged).is_err_and(|e| e.to_string().contains("t.scale")));
     ends(dir, 2, "vectors of its vertices", &with(&["--matrices", "-o", "x.glb"]));
 }
 

@@ -226,6 +226,7 @@ fn put(data: &mut TensorData, value: f64, which: impl Fn(usize) -> bool) {
         TensorData::F32(v) => (0..v.len()).filter(|k| which(*k)).for_each(|k| v[k] = value as f32),
         TensorData::F64(v) => (0..v.len()).filter(|k| which(*k)).for_each(|k| v[k] = value),
         TensorData::U32(v) => (0..v.len()).filter(|k| which(*k)).for_each(|k| v[k] = value as u32),
+        TensorData::I8(v) => (0..v.len()).filter(|k| which(*k)).for_each(|k| v[k] = value as i8),
         TensorData::F16(v) => {
             let half = half::f16::from_f64(value);
             (0..v.len()).filter(|k| which(*k)).for_each(|k| v[k] = half);
