@@ -5,9 +5,11 @@ use crate::material::ONE_REFLECTANCE;
 use crate::paths;
 use crate::report::points_json;
 use crate::saved::for_any_mesh;
+use crate::transfer::check_reads;
 use crate::{Error, Local, Method, Outcome, Session};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
+use std::path::Path;
 use std::sync::Arc;
 use steradian_base::{Certificate, ParamValues, Task};
 use steradian_brdf::SharedBrdf;
@@ -25,6 +27,7 @@ use steradian_techniques::{
     AnyBake, AnyTechnique, Geometry, Material, Points as Batch, PointsBuf, Radiance, SavedBake, Sites, View,
     find,
 };
+use steradian_transfer::{Saved, Site, points_kind};
 
 /// Tolerance of the reference where the request gives none.
 const REFERENCE_TOLERANCE: f64 = 1e-4;
@@ -68,6 +71,8 @@ pub struct Request {
     pub lookup: Option<Lookup>,
     /// For techniques that bake on a mesh.
     pub mesh: Option<Arc<Mesh>>,
+    /// Transfer of the mesh at these points, in place of rays ([`Session::transfer_at`]).
+    pub transfer: Option<Arc<Saved>>,
     /// Light that varies over space, in place of `lights`.
     pub probes: Option<Arc<Probes>>,
     /// Contents of the files that `params` name ([`Session::planes`]).
@@ -86,6 +91,7 @@ impl Request {
             tolerance: None,
             lookup: None,
             mesh: None,
+            transfer: None,
             probes: None,
             planes: Planes::default(),
         }
@@ -181,6 +187,18 @@ impl Session {
             Method::Technique(t) => self.technique_planes(*t, &request.params, None),
             _ => Ok(Planes::default()),
         }
+    }
+
+    /// Transfer of a request's mesh at `points` from a file, for the technique that is asked for.
+    pub fn transfer_at(&mut self, path: &Path, r: &Request, points: &Points) -> Result<Arc<Saved>, Error> {
+        let (Method::Technique(technique), Some(mesh), Some(p)) = (&r.method, &r.mesh, &points.p) else {
+            let why = "transfer of a file belongs to a technique, a mesh and points with positions";
+            return Err(Error::usage(format!("{why}: name a technique and the mesh, and add px,py,pz")));
+        };
+        check_reads(*technique, &r.params)?;
+        let site = |(p, n): (&DVec3, &DVec3)| Site { p: p.as_vec3(), n: n.as_vec3() };
+        let sites: Vec<Site> = p.iter().zip(&points.n).map(site).collect();
+        self.transfer_of(path, mesh, &points_kind(&sites))
     }
 
     /// Radiance that leaves `points` towards their viewers.
@@ -450,7 +468,7 @@ fn geometry(technique: &dyn AnyTechnique, r: &Request, q: &Points) -> Result<Opt
                 p: p.iter().map(|v| v.as_vec3()).collect(),
                 n: q.n.iter().map(|v| v.as_vec3()).collect(),
             };
-            Ok(Some(Geometry::new(mesh.clone(), sites)))
+            Ok(Some(Geometry { transfer: r.transfer.clone(), ..Geometry::new(mesh.clone(), sites) }))
         }
         _ => Ok(None),
     }

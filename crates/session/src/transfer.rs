@@ -8,14 +8,17 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
+use steradian_base::ParamValues;
 use steradian_engines::{VertexNumbers, glb};
 use steradian_formats::{
     CsvTable, Tensor, TensorFile, TensorNumbers, TensorParts, read_tensors, write_atomic, write_tensors,
     write_tensors_with,
 };
 use steradian_scene::Mesh;
+use steradian_techniques::AnyTechnique;
 use steradian_transfer::{
-    BLOCK, Saved, Scene, Settings, Site, Store, TransferError, key, mesh_digest, scale_of, transfer,
+    BLOCK, Saved, Scene, Settings, Site, Store, TransferError, key, mesh_digest, points_kind, scale_of,
+    transfer,
 };
 
 /// The places that get transfer.
@@ -233,8 +236,9 @@ impl Session {
         Ok(Some((saved, file)))
     }
 
-    /// Transfer of the vertices of `mesh` from a file; that of another mesh is refused.
-    pub fn transfer_of(&mut self, path: &Path, mesh: &Mesh) -> Result<Arc<Saved>, Error> {
+    /// Transfer of `mesh` from a file, at sites of a kind ([`Saved::sites`]); that of another mesh or of other
+    /// sites is refused.
+    pub fn transfer_of(&mut self, path: &Path, mesh: &Mesh, kind: &str) -> Result<Arc<Saved>, Error> {
         let Some((saved, _)) = self.saved_transfer(path)? else {
             return Err(Error::input(format!(
                 "{}: holds no transfer: steradian transfer writes it",
@@ -242,8 +246,8 @@ impl Session {
             )));
         };
         check_fits(&saved, mesh, 1, path)?;
-        if saved.sites != "vertices" {
-            let why = format!("holds transfer of {}, and techniques take that of vertices", saved.sites);
+        if saved.sites != kind {
+            let why = format!("holds transfer of {}, not of {kind}", saved.sites);
             return Err(Error::input(format!("{}: {why}", path.display())));
         }
         Ok(Arc::new(saved))
@@ -282,7 +286,7 @@ impl Session {
 fn places(places: &Places, mesh: &Mesh, name: &str, session: &Session) -> Result<(Vec<Site>, String), Error> {
     Ok(match places {
         Places::Vertices => (Site::vertices(mesh), "vertices".into()),
-        Places::Points(sites) => (sites.clone(), "points".into()),
+        Places::Points(sites) => (sites.clone(), points_kind(sites)),
         Places::Texels(w, h) => {
             if mesh.uvs.is_empty() {
                 return Err(Error::input(format!("{name}: has no texture coordinates for an atlas")));
@@ -306,6 +310,19 @@ fn places(places: &Places, mesh: &Mesh, name: &str, session: &Session) -> Result
             (sites, format!("texels {w}x{h}"))
         }
     })
+}
+
+/// Does a technique with these parameters take transfer of a file?
+pub(crate) fn check_reads(technique: &dyn AnyTechnique, params: &ParamValues) -> Result<(), Error> {
+    if technique.reads_transfer(params) {
+        return Ok(());
+    }
+    let with = |t: &&&dyn AnyTechnique| t.reads_transfer(&ParamValues::default());
+    let others: Vec<&str> =
+        steradian_techniques::registry().iter().filter(with).map(|t| t.card().slug).collect();
+    let slug = technique.card().slug;
+    let why = format!("{slug} takes no transfer of a file with these parameters");
+    Err(Error::usage(format!("{why}: leave it out, or choose {}", others.join(", "))))
 }
 
 /// Is a saved transfer that of this mesh, with so many bands?

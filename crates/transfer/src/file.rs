@@ -55,7 +55,7 @@ pub struct Saved {
     pub hemisphere: Option<Vec<f32>>,
     /// Digest of the mesh ([`mesh_digest`]).
     pub mesh: String,
-    /// Kind of the sites: `vertices`, `texels WxH` or `points`.
+    /// Kind of the sites: `vertices`, `texels WxH` or `points DIGEST` ([`points_kind`]).
     pub sites: String,
     /// Tolerance of t; 0 where a number of rays was set instead.
     pub tolerance: f64,
@@ -280,6 +280,17 @@ impl Saved {
 /// Name of the scale of a tensor of 8-bit whole numbers.
 pub fn scale_of(name: &str) -> String {
     format!("{name}.scale")
+}
+
+/// Kind of given points in [`Saved::sites`], with the beginning of the SHA-256 of their positions and normals.
+pub fn points_kind(sites: &[Site]) -> String {
+    let bytes: Vec<u8> = sites
+        .iter()
+        .flat_map(|s| [s.p, s.n])
+        .flat_map(|v| v.to_array())
+        .flat_map(|x| (x + 0.0).to_le_bytes())
+        .collect();
+    format!("points {}", &Input::of(Path::new(""), &bytes).sha256[..16])
 }
 
 /// SHA-256, in hexadecimal, of the data that visibility depends on: positions, normals and triangles.

@@ -34,7 +34,7 @@ mod visibility;
 
 pub use direct::{BLOCK, Direct};
 pub use error::TransferError;
-pub use file::{FileError, Saved, mesh_digest, scale_of};
+pub use file::{FileError, Saved, mesh_digest, points_kind, scale_of};
 pub use links::{Link, Links};
 pub use products::Products;
 pub use recover::{Recovery, divided, share};

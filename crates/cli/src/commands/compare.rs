@@ -43,6 +43,10 @@ pub struct Options {
     /// Parameter of the techniques that have it
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
     params: Vec<inputs::Parameter>,
+    /// Transfer of the mesh's vertices, as `transfer` writes it, in place of rays for the techniques that take
+    /// it
+    #[arg(long, value_name = "FILE")]
+    transfer: Option<PathBuf>,
     /// A saved bake (.safetensors, or the folder of one) of the light and the reflectance; may be given
     /// several times
     #[arg(long, value_name = "FILE")]
@@ -144,6 +148,7 @@ fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> 
         brdfs: o.brdf.clone(),
         techniques: o.technique.clone(),
         params: inputs::parameters(&o.params)?,
+        transfer: o.transfer.clone(),
         bakes: o.bake.clone(),
         sweep: o.sweep.clone(),
         probes: o.probes.clone(),

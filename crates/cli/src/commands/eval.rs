@@ -56,6 +56,9 @@ pub struct Options {
     /// Mesh for path and for techniques that bake transfer
     #[arg(long, value_name = "FILE|SHAPE")]
     mesh: Option<String>,
+    /// Transfer of the mesh at these points, as `transfer --points` writes it, in place of rays
+    #[arg(long, value_name = "FILE", requires = "mesh", requires = "technique")]
+    transfer: Option<PathBuf>,
     #[command(flatten)]
     shadows: ShadowArg,
     /// Output CSV [default: standard output]
@@ -84,7 +87,7 @@ impl Reading {
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     inputs::check_text(o.output.as_deref())?;
     context.suns = o.lights.suns();
-    let request = request(&o, context)?;
+    let mut request = request(&o, context)?;
     let table = context.read_table(&o.points)?;
     let points = Points::of_table(&table)?;
     let name = o.points.display();
@@ -95,6 +98,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if let (Some(column), true) = (lacks, request.is_textured()) {
         let why = format!("data per texel need the columns u,v and tx,ty,tz: there is no {column}");
         return Err(Failure::input(format!("{name}: {why}")));
+    }
+    if let Some(path) = &o.transfer {
+        request.transfer = Some(context.transfer_at(path, &request, &points)?);
     }
     let (answers, missed) = context.eval(&request, &points)?.even_if_missed();
     write(&o, table, &answers, context)?;

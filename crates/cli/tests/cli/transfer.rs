@@ -225,6 +225,46 @@ fn coarse_ground_has_its_contact_shadow() {
     }
 }
 
+/// At points too; a comparison takes that of vertices.
+#[test]
+fn points_and_comparisons_take_transfer_of_a_file() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let rows = "px,py,pz,nx,ny,nz,vx,vy,vz\n0.9,0.24,0,0.6,0.8,0,0,1,0\n0.45,0.1,0,-1,0.1,0,-1,1,1\n";
+    fs::write(dir.join("p.csv"), rows).expect("written");
+    fs::write(dir.join("q.csv"), rows.replace("0.45", "0.44")).expect("written");
+    let transfer = ["transfer", "torus", "--tolerance", "0.02", "--bands", "4", "--quiet"];
+    well(dir, &[&transfer[..], &["-p", "p.csv", "-o", "p.safetensors"]].concat());
+    well(dir, &[&transfer[..], &["-o", "t.safetensors"]].concat());
+    let eval = |technique: &'static str, points: &'static str, file: &'static [&'static str]| {
+        let fixed =
+            ["eval", "-e", "overcast", "-b", "lambert", "--mesh", "torus", "-t", technique, "-p", points];
+        let params = ["--param", "bands=4", "--param", "precision=0.02"];
+        [&fixed[..], &params, file].concat()
+    };
+    let own = well(dir, &eval("prt_diffuse", "p.csv", &[]));
+    assert_eq!(own, well(dir, &eval("prt_diffuse", "p.csv", &["--transfer", "p.safetensors"])));
+    let file = &["--transfer", "p.safetensors"];
+    fails(dir, 3, "holds transfer of points", &eval("prt_diffuse", "q.csv", file));
+    fails(
+        dir,
+        3,
+        "holds transfer of vertices",
+        &eval("prt_diffuse", "p.csv", &["--transfer", "t.safetensors"]),
+    );
+    fails(dir, 2, "takes no transfer of a file", &eval("haar_transport", "p.csv", file));
+    let compare = |more: &[&'static str]| {
+        let line = ["compare", "torus", "-e", "overcast", "-b", "lambert", "--size", "24x24", "--json"];
+        let line = [&line[..], &["--param", "bands=4", "--transfer", "t.safetensors"], more].concat();
+        line
+    };
+    let text = well(dir, &compare(&["-t", "prt_diffuse", "-t", "sh_irradiance"]));
+    let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let rows = found["comparisons"][0]["techniques"].as_array().expect("rows");
+    assert!(rows.iter().all(|r| r["relative_rms"].is_number() || r["technique"] == "reference"), "{text}");
+    fails(dir, 2, "--transfer: belongs to a mesh", &compare(&["-t", "sh_irradiance"]));
+}
+
 /// Transfer that a file holds is shaded, to the bit as rays of the same tolerance are, and what is not of
 /// this mesh, or less than a technique needs, is refused.
 #[test]
@@ -277,5 +317,11 @@ fn transfer_of_a_file_takes_the_place_of_rays() {
     );
     let bare = ["render", "torus", "-t", "prt_diffuse", "-o", "no.png", "--transfer", "b.safetensors"];
     fails(dir, 3, "b.safetensors: holds no transfer", &bare);
+    // Techniques that take none say which do; none is chosen by itself.
+    let none = "takes no transfer of a file with these parameters: leave it out, or choose";
+    fails(dir, 2, none, &made("torus", "sh_brdf", "bands=4"));
+    fails(dir, 2, none, &made("torus", "haar_transport", "bands=4"));
+    let unnamed = ["render", "torus", "-b", "lambert", "-o", "no.png", "--transfer", "t.safetensors"];
+    fails(dir, 2, "belongs to a technique: name one", &unnamed);
     assert!(!dir.join("no.png").exists());
 }

@@ -8,6 +8,7 @@ mod tables;
 
 pub use output::{Output, Written};
 
+use crate::transfer::check_reads;
 use crate::{Adjust, Error, Outcome, Session};
 use stages::Stages;
 use std::path::PathBuf;
@@ -169,8 +170,15 @@ fn geometry(request: &Request, session: &mut Session) -> Result<Option<Geometry>
         (None, true) => Err(Error::usage(format!("{} bakes on a mesh: give --mesh", card.slug))),
         (Some(_), false) => Err(Error::usage(format!("{} bakes no mesh: leave --mesh out", card.slug))),
         (Some(mesh), true) => {
+            if request.transfer.is_some() {
+                check_reads(request.technique, &request.params)?;
+            }
             let mesh = Arc::new(session.mesh(mesh)?);
-            let known = request.transfer.as_ref().map(|path| session.transfer_of(path, &mesh)).transpose()?;
+            let known = request
+                .transfer
+                .as_ref()
+                .map(|path| session.transfer_of(path, &mesh, "vertices"))
+                .transpose()?;
             Ok(Some(Geometry { transfer: known, ..Geometry::new(mesh, Sites::Vertices) }))
         }
     }

@@ -38,6 +38,8 @@ pub struct Request {
     pub techniques: Vec<String>,
     /// Parameters of those techniques that have them.
     pub params: ParamValues,
+    /// File of the mesh's transfer, in place of rays for the techniques that take it.
+    pub transfer: Option<PathBuf>,
     /// Saved bakes of one light and one reflectance.
     pub bakes: Vec<PathBuf>,
     /// A parameter that is varied.
@@ -69,6 +71,7 @@ impl Default for Request {
             brdfs: Vec::new(),
             techniques: Vec::new(),
             params: ParamValues::default(),
+            transfer: None,
             bakes: Vec::new(),
             sweep: None,
             probes: None,
@@ -104,6 +107,11 @@ impl Session {
             return Err(Error::usage("--bake: has its own light; leave --light and --local out"));
         }
         let methods = methods(o, &bakes)?;
+        let reads = |m: &Method| matches!(m, Method::Technique(t) if t.reads_transfer(&o.params));
+        if o.transfer.is_some() && (is_scene_file(&o.model) || !methods.iter().any(reads)) {
+            let why = "belongs to a mesh, and to a technique that takes it, such as prt_diffuse";
+            return Err(Error::usage(format!("--transfer: {why}")));
+        }
         if o.plan.paths {
             // Suns are shaded exactly under techniques with self-shadowing, and shadowed by rays, as paths
             // are.
@@ -165,7 +173,11 @@ fn keys(
         format!("{:?} {:?} {:?}", o.params, o.lights, o.local.as_ref().map(|l| l.as_ref().map(local_mark))),
         // Files as they are.
         o.params.0.values().map(|value| file_mark(&value.to_string())).collect(),
-        o.probes.as_ref().map_or_else(String::new, |path| file_mark(&path.display().to_string())),
+        [&o.probes, &o.transfer]
+            .into_iter()
+            .flatten()
+            .map(|path| file_mark(&path.display().to_string()))
+            .collect(),
         format!("{}x{}", o.size[0], o.size[1]),
         format!("{:?} {} {:?}", o.plan, number(o.tolerance), session.paths),
         format!("{:?}", session.shadows),
@@ -336,6 +348,8 @@ fn meshes(
             make_tangents(std::slice::from_mut(mesh));
         }
     }
+    let transfer =
+        o.transfer.as_deref().map(|path| session.transfer_of(path, &model.mesh, "vertices")).transpose()?;
     let mut out = Vec::new();
     let sky = bakes.first().map_or(DEFAULT_SKY, |b| &b.made.environment);
     let none = !o.lights.is_empty() && o.environments.is_empty() && bakes.is_empty();
@@ -352,6 +366,7 @@ fn meshes(
         for set in &sets {
             let mut scene = Scene::new(model.mesh.clone(), set.materials.clone(), lights.clone());
             scene.background = SceneBackground::Environment(BLUR);
+            scene.transfer.clone_from(&transfer);
             out.push(Case {
                 environment: short(environment),
                 brdf: set.name.clone(),

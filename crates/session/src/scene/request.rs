@@ -1,6 +1,7 @@
 //! A scene by the names of its parts, as a command line or a form gives them.
 
 use super::{FOV, Scene, is_scene_file};
+use crate::transfer::check_reads;
 use crate::{
     Adjust, DEFAULT_SKY, Error, Local, Material, Method, Model, SceneOverrides, Session, make_tangents,
 };
@@ -211,7 +212,18 @@ fn of_mesh(o: &SceneRequest, session: &mut Session) -> Result<Scene, Error> {
     if let Some(by) = s.translate {
         model.mesh = model.mesh.transformed(&Affine3A::from_translation(by));
     }
-    let transfer = s.transfer.as_deref().map(|path| session.transfer_of(path, &model.mesh)).transpose()?;
+    let transfer = match (s.transfer.as_deref(), &o.method) {
+        (None, _) => None,
+        (Some(path), Some(Method::Technique(t))) => {
+            check_reads(*t, &s.params)?;
+            Some(session.transfer_of(path, &model.mesh, "vertices")?)
+        }
+        _ => {
+            return Err(Error::usage(
+                "transfer of a file belongs to a technique: name one, such as prt_diffuse",
+            ));
+        }
+    };
     let lights = lights(o, file.as_deref(), session)?;
     tell_materials(o, &model, brdf.is_some(), session);
     let materials = materials(&model, brdf, base_colour, &usual, session)?;

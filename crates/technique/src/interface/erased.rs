@@ -24,6 +24,8 @@ pub trait AnyTechnique: Send + Sync {
     fn needs_sites(&self, params: &ParamValues) -> bool;
     /// [`Technique::self_shadowing`]; false of parameters that are refused.
     fn self_shadowing(&self, params: &ParamValues) -> bool;
+    /// [`Technique::reads_transfer`]; false of parameters that are refused.
+    fn reads_transfer(&self, params: &ParamValues) -> bool;
     /// [`Technique::SPACING`].
     fn spacing(&self) -> f32;
     /// [`Technique::VARIES`].
@@ -161,6 +163,10 @@ impl<T: Technique> AnyTechnique for Erased<T> {
 
     fn self_shadowing(&self, params: &ParamValues) -> bool {
         T::Params::from_values(params).is_ok_and(|p| T::self_shadowing(&p))
+    }
+
+    fn reads_transfer(&self, params: &ParamValues) -> bool {
+        T::Params::from_values(params).is_ok_and(|p| T::reads_transfer(&p))
     }
 
     fn spacing(&self) -> f32 {

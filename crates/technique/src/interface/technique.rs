@@ -50,6 +50,11 @@ pub trait Technique: Send + Sync + 'static {
         let _ = p;
         Self::CARD.needs.sites
     }
+    /// Does a bake with these parameters take [`crate::Geometry::transfer`] in place of rays?
+    fn reads_transfer(p: &Self::Params) -> bool {
+        let _ = p;
+        false
+    }
     /// For techniques with sites: length of edges near an object, relative to its diagonal, above which a
     /// mesh should be subdivided in any case, because shading is interpolated between vertices.
     const SPACING: f32 = 1.0 / 12.0;

@@ -6,7 +6,7 @@ use half::f16;
 use steradian_base::Task;
 use steradian_brdf::Form;
 use steradian_scene::Mesh;
-use steradian_transfer::{Saved, Scene, Settings, Site, Transfer, TransferError, transfer};
+use steradian_transfer::{Saved, Scene, Settings, Site, Transfer, TransferError, points_kind, transfer};
 
 /// Numbers per site.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -101,8 +101,12 @@ pub fn bake(
         TransferError::Memory { needed, allowed, .. } => BakeError::Memory { slug, need: needed, allowed },
         e => BakeError::Geometry { slug, why: e.to_string() },
     };
-    if let (Some(saved), Sites::Vertices | Sites::Slots(_)) = (&g.transfer, &g.sites) {
-        return known(saved, &g.mesh, &settings).map_err(|why| BakeError::Transfer { slug, why });
+    if let Some(saved) = &g.transfer {
+        let kind = match &g.sites {
+            Sites::Vertices | Sites::Slots(_) => "vertices".into(),
+            _ => points_kind(&sites(slug, g)?),
+        };
+        return known(saved, &g.mesh, &kind, &settings).map_err(|why| BakeError::Transfer { slug, why });
     }
     let scene = Scene::new(&g.mesh).map_err(error)?;
     let places = match &g.sites {
@@ -113,12 +117,13 @@ pub fn bake(
     transfer(&scene, &places, &settings, None, task).map_err(error)
 }
 
-/// The bands of a file's transfer that `settings` ask for, or why the file does not have them.
-fn known(saved: &Saved, mesh: &Mesh, settings: &Settings) -> Result<Transfer, String> {
+/// The bands of a file's transfer at sites of a kind that `settings` ask for, or why the file does not have
+/// them.
+fn known(saved: &Saved, mesh: &Mesh, kind: &str, settings: &Settings) -> Result<Transfer, String> {
     saved.fits(mesh, settings.bands).map_err(|e| e.to_string())?;
     let (t, wide) = (&saved.transfer, settings.wide());
-    if t.len() != mesh.positions.len() || saved.sites != "vertices" {
-        return Err(format!("the transfer given is that of {}, not of vertices", saved.sites));
+    if saved.sites != kind || kind == "vertices" && t.len() != mesh.positions.len() {
+        return Err(format!("the transfer given is that of {}, not of {kind}", saved.sites));
     }
     if t.wide < wide {
         let why = format!("the transfer given has {} bands of visibility, of {wide} that are needed", t.wide);

@@ -73,6 +73,10 @@ impl Technique for Ambient {
     type Linked = Colour;
     type Frame = ();
 
+    fn reads_transfer(_: &Params) -> bool {
+        true
+    }
+
     fn light(l: &Lights, _: &Params, _: &Task) -> Result<Mean, BakeError> {
         Mean::bake(l)
     }

@@ -117,6 +117,10 @@ impl Technique for GaussianLobes {
     type Frame = Frame;
     const EFFORT: f64 = 2.0;
 
+    fn reads_transfer(p: &Params) -> bool {
+        p.is_shadowed()
+    }
+
     fn light(l: &Lights, p: &Params, task: &Task) -> Result<Light, BakeError> {
         Light::bake(l, p, task)
     }

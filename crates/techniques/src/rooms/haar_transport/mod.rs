@@ -98,6 +98,10 @@ impl Technique for HaarTransport {
     type Linked = ();
     type Frame = Frame;
 
+    fn reads_transfer(p: &Params) -> bool {
+        p.bounces > 1
+    }
+
     fn light(l: &Lights, _: &Params, _: &Task) -> Result<Light, BakeError> {
         Light::bake(l)
     }

@@ -88,6 +88,10 @@ impl Technique for MatrixRadianceTransfer {
     type Linked = ();
     type Frame = Frame;
 
+    fn reads_transfer(_: &Params) -> bool {
+        true
+    }
+
     fn light(l: &Lights, p: &Params, _: &Task) -> Result<ShLight, BakeError> {
         ShLight::bake(Self::CARD.slug, l, p.window)
     }

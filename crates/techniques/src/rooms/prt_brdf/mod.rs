@@ -82,6 +82,10 @@ impl Technique for PrtBrdf {
     type Linked = ();
     type Frame = Frame;
 
+    fn reads_transfer(_: &Params) -> bool {
+        true
+    }
+
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<Spectrum, BakeError> {
         Spectrum::bake(Self::CARD.slug, l, view_table::ORDER, task)
     }

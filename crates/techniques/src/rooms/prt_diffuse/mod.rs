@@ -99,6 +99,10 @@ impl Technique for PrtDiffuse {
         Params { normals: p.normals.or(Some(m.bumpy)), ..p }
     }
 
+    fn reads_transfer(_: &Params) -> bool {
+        true
+    }
+
     fn light(l: &Lights, p: &Params, _: &Task) -> Result<ShLight, BakeError> {
         ShLight::bake(Self::CARD.slug, l, p.window)
     }
