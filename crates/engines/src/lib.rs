@@ -32,4 +32,4 @@ pub use profile::{Curve, ENGINES, Engine, Files};
 pub use range::{BeyondRange, Remedy};
 pub use report::percent;
 pub use request::{KERNELS, MethodChoice, Request, kernel_name, kernels_with};
-pub use transfer::{OtherSites, VertexNumbers, glb, transfer_source};
+pub use transfer::{Carried, OtherSites, VertexNumbers, carried, glb, transfer_source};

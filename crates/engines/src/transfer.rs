@@ -162,6 +162,39 @@ pub fn glb(mesh: &Mesh, t: &Transfer, numbers: VertexNumbers) -> Result<Vec<u8>,
     Ok(container(&document, binary.bytes))
 }
 
+/// Transfer that the vertices of a binary glTF carry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Carried {
+    /// Bands of its vectors.
+    pub bands: usize,
+    /// Vectors of a vertex.
+    pub channels: usize,
+    /// Scattering events.
+    pub bounces: u32,
+    /// Bits of a number.
+    pub bits: u32,
+}
+
+/// The transfer that the first primitive with any carries in the bytes of a binary glTF.
+pub fn carried(glb: &[u8]) -> Option<Carried> {
+    let length = glb.get(12..16)?.first_chunk().map(|n| u32::from_le_bytes(*n) as usize)?;
+    let document: Value = serde_json::from_slice(glb.get(20..)?.get(..length)?).ok()?;
+    let primitives =
+        document["meshes"].as_array()?.iter().filter_map(|m| m["primitives"].as_array()).flatten();
+    let of = |p: &Value| {
+        let (extras, at) = (&p["extras"]["steradian_transfer"], p["attributes"]["_TRANSFER_0"].as_u64()?);
+        let number = |key: &str| usize::try_from(extras[key].as_u64()?).ok();
+        let bits = match document["accessors"][usize::try_from(at).ok()?]["componentType"].as_u64()? {
+            5120 => 8,
+            5122 => 16,
+            _ => 32,
+        };
+        let bounces = u32::try_from(number("bounces")?).ok()?;
+        Some(Carried { bands: number("bands")?, channels: number("channels")?, bounces, bits })
+    };
+    primitives.into_iter().find_map(of)
+}
+
 /// glTF's binary container: a chunk of JSON and one of bytes, both of whole words.
 fn container(document: &Value, mut binary: Vec<u8>) -> Vec<u8> {
     let mut text = document.to_string().into_bytes();
@@ -243,6 +276,13 @@ mod tests {
             {
                 let file = glb(&mesh, &t, numbers).unwrap();
                 let (document, binary) = chunks(&file);
+                let bits = match numbers {
+                    VertexNumbers::Float => 32,
+                    VertexNumbers::Short => 16,
+                    VertexNumbers::Byte => 8,
+                };
+                assert_eq!(carried(&file), Some(Carried { bands: 4, channels, bounces, bits }));
+                assert_eq!(carried(&file[..40]), None);
                 let primitive = &document["meshes"][0]["primitives"][0];
                 let scale = &primitive["extras"]["steradian_transfer"]["scale"];
                 let width = channels * 16;

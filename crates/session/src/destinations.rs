@@ -1,6 +1,6 @@
 //! Destinations of outputs, checked before any work: one that cannot be written leaves nothing half done.
 
-use crate::Error;
+use crate::{Error, probe_of};
 use std::path::{Path, PathBuf};
 use steradian_base::{Input, without_folders};
 use steradian_formats::{Container, Limits};
@@ -75,9 +75,12 @@ pub const LIGHT_KEY: &str = "steradian.light";
 /// Identifies a light in the metadata of data made from it: its name, and for a file the hash of its
 /// contents.
 pub fn light_mark(spec: &str) -> String {
-    let path = Path::new(spec);
+    let (path, probe) = match probe_of(spec) {
+        Some((path, k)) => (path, format!("#{k}")),
+        None => (Path::new(spec), String::new()),
+    };
     let hashed = if path.is_file() { Input::of_file(path).ok() } else { None };
-    hashed.map_or_else(|| without_folders(spec), |i| format!("{} sha256:{}", i.name, i.sha256))
+    hashed.map_or_else(|| without_folders(spec), |i| format!("{}{probe} sha256:{}", i.name, i.sha256))
 }
 
 /// Refuses to replace the texture at `path` where it was made from a light other than `mark`, or does not

@@ -57,6 +57,14 @@ pub fn is_sky(spec: &str) -> bool {
     steradian_light::sky::is_name(spec)
 }
 
+/// The file and the number of a probe that a light's name says, as in `room.safetensors#3`.
+pub fn probe_of(spec: &str) -> Option<(&Path, usize)> {
+    let (path, k) = spec.rsplit_once('#')?;
+    let path = Path::new(path);
+    let is_field = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"));
+    Some((path, k.parse().ok()?)).filter(|_| is_field)
+}
+
 /// Extensions of images in a folder of lights.
 const LIGHTS: [&str; 4] = ["hdr", "exr", "pfm", "pic"];
 
@@ -298,9 +306,58 @@ impl Session {
     /// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated
     /// by commas, a pattern with `{}`, or a level of a texture (KTX2, KTX1, DDS).
     pub fn map(&mut self, spec: &str, adjust: &Adjust, level: usize) -> Result<Loaded, Error> {
+        if let Some((path, k)) = probe_of(spec) {
+            return self.probe_map(path, k, adjust, level);
+        }
         check_light(spec)?;
         let files = light_files(Path::new(spec), |part| Ok(part.into()), spec)?;
         self.map_of(&files, spec, adjust, level)
+    }
+
+    /// The image of a probe of a light field.
+    fn probe_map(&mut self, path: &Path, k: usize, adjust: &Adjust, level: usize) -> Result<Loaded, Error> {
+        let name = format!("{}#{k}", path.display());
+        if level > 0 || adjust.layout.is_some() || adjust.profile.is_some() {
+            return Err(Error::usage(format!("{name}: a probe has no levels, and its own layout")));
+        }
+        let field = self.probes(path)?;
+        let count = field.light.len();
+        let probe = match field.light.get(k) {
+            None => Err(Error::input(format!("{name}: there are {count} probes, from 0"))),
+            Some(None) => Err(Error::input(format!("{name}: lies inside a solid, and sees nothing"))),
+            Some(Some(probe)) => Ok(probe),
+        }?;
+        if probe.image.is_none() {
+            let why = "has harmonics alone: steradian probes --image captures images beside them";
+            return Err(Error::input(format!("{name}: {why}")));
+        }
+        let image = probe.environment().image;
+        let raster = Raster::rgb(image.width, image.height, image.planes);
+        let options = LoadOptions {
+            layout: Some(FileLayout::LatLong),
+            profile: None,
+            negative: self.negative,
+            limits: self.limits(),
+        };
+        Ok(steradian_light::load::from_raster(&name, raster, &options)?)
+    }
+
+    /// The lights that a name expands to: as [`expand_lights`], and the probes of a light field that lie
+    /// outside solids.
+    pub fn lights_of(&mut self, spec: &str) -> Result<Vec<String>, Error> {
+        let path = Path::new(spec);
+        let tensors = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"));
+        if !tensors || !path.is_file() {
+            return expand_lights(spec);
+        }
+        let field = self.probes(path)?;
+        let open = field.light.iter().enumerate().filter(|(_, p)| p.is_some());
+        let all: Vec<String> = open.map(|(k, _)| format!("{spec}#{k}")).collect();
+        if all.is_empty() {
+            Err(Error::input(format!("{spec}: all its probes lie inside solids")))
+        } else {
+            Ok(all)
+        }
     }
 
     /// [`Session::map`] of files; messages name them `spec`.

@@ -68,7 +68,9 @@ pub use choice::{Choice, Trial, Verdict};
 pub use choose::Chosen;
 pub use destinations::{Destinations, LIGHT_KEY, check_replaced, light_mark};
 pub use error::{Error, Kind};
-pub use inputs::{Adjust, DEFAULT_SKY, Method, coefficients, cosine, expand_lights, is_shape, is_sky};
+pub use inputs::{
+    Adjust, DEFAULT_SKY, Method, coefficients, cosine, expand_lights, is_shape, is_sky, probe_of,
+};
 pub use local::{BakedLocal, Local, LocalRequest};
 pub use material::{Material, Prepared};
 pub use notice::Notice;

@@ -11,12 +11,13 @@ use steradian_engines::{Engine, MethodChoice, Request, kernel_name};
 use steradian_formats::TexelFormat;
 use steradian_light::load::{FileLayout, Profile};
 use steradian_session::prefilter;
-use steradian_session::{Adjust, Destinations, check_replaced, expand_lights, is_sky, light_mark};
+use steradian_session::{Adjust, Destinations, check_replaced, is_sky, light_mark, probe_of};
 
 /// Options of `steradian prefilter`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Images or sky specs; a folder or a pattern with * stands for the images in it
+    /// Images or sky specs; a folder or a pattern with * stands for the images in it, a file that `probes
+    /// --image` wrote for its probes, or FILE#N for one
     #[arg(value_name = "ENV", required = true, num_args = 1..)]
     environment: Vec<String>,
     /// Output: .ktx2 .ktx .dds (a cube), .exr .hdr .pfm (lat-long); with --profile a folder, with several
@@ -103,10 +104,10 @@ struct Job {
 }
 
 /// Every input for every consumer.
-fn jobs(o: &Options) -> Result<Vec<Job>, Failure> {
+fn jobs(o: &Options, context: &mut Context) -> Result<Vec<Job>, Failure> {
     let mut inputs = Vec::new();
     for spec in &o.environment {
-        inputs.extend(expand_lights(spec)?);
+        inputs.extend(context.lights_of(spec)?);
     }
     let (several, profiles) = (inputs.len() > 1, o.profile.len() > 1);
     let names: Vec<String> = inputs.iter().map(|i| o.name.clone().unwrap_or_else(|| stem(i))).collect();
@@ -194,7 +195,7 @@ fn destinations(o: &Options, job: &Job) -> Outcome {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let jobs = jobs(&o)?;
+    let jobs = jobs(&o, context)?;
     let (several, mut documents, mut failures) = (jobs.len() > 1, Vec::new(), Vec::new());
     // What cannot be met is refused before any work.
     for job in &jobs {
@@ -281,6 +282,9 @@ fn one(o: &Options, job: &Job, context: &mut Context) -> Result<(Value, Option<S
 
 /// A name without folders, extensions and odd characters.
 fn stem(environment: &str) -> String {
+    if let Some((path, k)) = probe_of(environment) {
+        return format!("{}-{k}", stem(&path.display().to_string()));
+    }
     let path = Path::new(environment);
     let stem = if is_sky(environment) { None } else { path.file_stem() };
     let text = stem.map_or_else(|| environment.to_string(), |s| s.to_string_lossy().into_owned());

@@ -6,6 +6,7 @@ use std::fs;
 use steradian_formats::{Limits, TensorData, read_tensors, write_tensors};
 use steradian_light::{Places, Probe, Probes};
 use steradian_sphere::sh::ShRgb;
+use steradian_sphere::{Layout, SphereImage};
 
 /// A field on a grid whose coefficients are linear in position, and radiance at points by `eval`.
 #[test]
@@ -194,4 +195,33 @@ fn faults_are_said_in_one_line() {
     bad.tensors.get_mut("size").expect("there").data = TensorData::U32(vec![u32::MAX; 3]);
     write_tensors(&dir.join("size.safetensors"), &bad).expect("written");
     render("size.safetensors", "beyond number");
+}
+
+/// A probe is a light by name, and a file of them becomes a filtered chain of each.
+#[test]
+fn probes_become_filtered_chains() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let of = |level: f32| {
+        let mut image = SphereImage::new(Layout::LatLong, 64, 32);
+        image.planes.iter_mut().for_each(|p| p.fill(level));
+        let mut sh = ShRgb::zero(2);
+        sh.c.iter_mut().for_each(|c| c[0] = f64::from(level) * (4.0 * std::f64::consts::PI).sqrt());
+        Some(Probe { sh, image: Some(image) })
+    };
+    let places = Places::Points(vec![DVec3::ZERO, DVec3::X, DVec3::Y]);
+    let field = Probes { light: vec![of(1.0), None, of(3.0)], places };
+    write_tensors(&dir.join("room.safetensors"), &field.tensors()).expect("written");
+    let chain = ["prefilter", "room.safetensors", "--profile", "khronos", "--size", "16x16", "-o", "chains"];
+    fs::create_dir(dir.join("chains")).expect("a folder");
+    well(dir, &chain);
+    let made = |probe: &str| dir.join("chains").join(probe).is_dir();
+    assert!(made("room-0") && made("room-2") && !made("room-1"));
+    for (probe, level) in [("room.safetensors#0", 1.0), ("room.safetensors#2", 3.0)] {
+        let facts = json(dir, &["inspect", probe, "--json"]);
+        let mean = facts["mean"][0].as_f64();
+        assert!(mean.is_some_and(|m| (m - level).abs() < 1e-4), "{facts}");
+    }
+    ends(dir, 3, "lies inside a solid", &["inspect", "room.safetensors#1"]);
+    ends(dir, 3, "there are 3 probes, from 0", &["inspect", "room.safetensors#7"]);
 }

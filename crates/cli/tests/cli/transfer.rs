@@ -148,6 +148,7 @@ fn engines_get_vertices_with_transfer_and_its_shader() {
     well(dir, &with(&["--bits", "8", "-o", "t.glb", "--wgsl", "t.wgsl"]));
     let (bytes, text) = (fs::read(dir.join("t.glb")).expect("read"), fs::read_to_string(dir.join("t.wgsl")));
     assert!(bytes.starts_with(b"glTF") && text.expect("read").contains("fn transfer_radiance("));
+    assert!(well(dir, &["inspect", "t.glb"]).contains("a vector a vertex: 5 bands of 8 bits, direct light"));
     // The same mesh again, for a picture.
     well(
         dir,

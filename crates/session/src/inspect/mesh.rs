@@ -4,8 +4,9 @@ use crate::{Error, Session, is_shape};
 use glam::Vec3;
 use std::collections::HashMap;
 use std::path::Path;
-use steradian_formats::Limits;
+use steradian_engines::{Carried, carried};
 use steradian_formats::mesh::{MaterialData, TextureRef, TextureSource};
+use steradian_formats::{Limits, read_file};
 use steradian_render::FileMaterial;
 use steradian_scene::Mesh;
 
@@ -34,6 +35,8 @@ pub struct MeshFacts {
     pub open_edges: usize,
     /// Edges of more than two triangles.
     pub shared_edges: usize,
+    /// Transfer that its vertices carry, as `steradian transfer` writes it to a .glb.
+    pub transfer: Option<Carried>,
     /// The file's materials.
     pub materials: Vec<MaterialFacts>,
     /// What was found while loading.
@@ -91,7 +94,10 @@ impl Session {
         let limits = self.limits();
         let of = |m| MaterialFacts::new(m, &loaded.textures, &limits);
         let materials = loaded.materials.iter().map(of).collect::<Result<_, _>>()?;
-        Ok(facts(&loaded.merged(), loaded.meshes.len(), materials, loaded.notes.clone()))
+        let found = facts(&loaded.merged(), loaded.meshes.len(), materials, loaded.notes.clone());
+        let glb = Path::new(what).extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
+        let bytes = glb.then(|| read_file(Path::new(what), limits.max_memory, "a mesh")).transpose()?;
+        Ok(MeshFacts { transfer: bytes.as_deref().and_then(carried), ..found })
     }
 }
 
@@ -109,6 +115,7 @@ fn facts(mesh: &Mesh, parts: usize, materials: Vec<MaterialFacts>, notes: Vec<St
         area: mesh.area(),
         open_edges,
         shared_edges,
+        transfer: None,
         materials,
         notes,
     }

@@ -20,6 +20,9 @@ pub fn report(m: &MeshFacts, name: &str) -> Report {
         "area": m.area,
         "open_edges": m.open_edges,
         "edges_of_more_than_two_triangles": m.shared_edges,
+        "transfer": m.transfer.map(|t| json!({
+            "bands": t.bands, "channels": t.channels, "bounces": t.bounces, "bits": t.bits,
+        })),
         "materials": m.materials.iter().map(material_json).collect::<Vec<_>>(),
         "notes": m.notes,
     });
@@ -34,6 +37,15 @@ pub fn report(m: &MeshFacts, name: &str) -> Report {
     if let Some((a, b)) = m.bounds {
         let v = |v: glam::Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
         lines.insert(2, ("bounds", format!("{} to {}, diagonal {:.4} m", v(a), v(b), m.diagonal)));
+    }
+    if let Some(t) = m.transfer {
+        let light = match t.bounces {
+            1 => "direct light".into(),
+            n => format!("{n} scattering events"),
+        };
+        let vectors = if t.channels == 1 { "a vector" } else { "three vectors" };
+        lines
+            .push(("transfer", format!("{vectors} a vertex: {} bands of {} bits, {light}", t.bands, t.bits)));
     }
     for m in &m.materials {
         lines.push(("material", m.text.strip_prefix("material ").unwrap_or(&m.text).into()));
