@@ -45,13 +45,18 @@ fn busy() -> Duration {
     nanoseconds.map_or_else(|| START.get_or_init(Instant::now).elapsed(), Duration::from_nanos)
 }
 
-/// Best of five runs: million rays a second, and the share that is occluded.
+/// [`measure_all`] of a function of one ray.
 fn measure(name: &str, rays: &[Ray], baseline: Option<f64>, f: impl Fn(&Ray) -> bool) -> f64 {
+    measure_all(name, rays, baseline, || rays.iter().filter(|r| f(r)).count())
+}
+
+/// Best of five runs: million rays a second, and the share that is occluded, of which `count` gives the number.
+fn measure_all(name: &str, rays: &[Ray], baseline: Option<f64>, mut count: impl FnMut() -> usize) -> f64 {
     let mut best = Duration::MAX;
     let mut occluded = 0;
     for _ in 0..5 {
         let start = busy();
-        occluded = rays.iter().filter(|r| f(r)).count();
+        occluded = count();
         best = best.min(busy() - start);
     }
     let rate = rays.len() as f64 / best.as_secs_f64() / 1e6;
@@ -130,6 +135,11 @@ fn compare(name: &str, mesh: &Mesh) {
         !eight.ray_traverse_miss(theirs(r), |r, id| eight_t[id].intersect(r))
     });
     measure("ours, any hit", &rays, Some(base), |r| ours.occluded(r, f32::INFINITY));
+    let mut hits = vec![false; rays.len()];
+    measure_all("ours, any hit, in batches", &rays, Some(base), || {
+        ours.occluded_each(&rays, f32::INFINITY, &mut hits);
+        hits.iter().filter(|h| **h).count()
+    });
     measure("ours, closest hit", &rays, Some(base), |r| ours.closest(r, f32::INFINITY).is_some());
     let start = Instant::now();
     let blocked = ours.occluded_many(&rays, f32::INFINITY).iter().filter(|b| **b).count();

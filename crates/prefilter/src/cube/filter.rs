@@ -5,7 +5,7 @@
 //! that the tolerance needs is beyond the spectrum, direction by direction as a whole ([`crate::angular`]).
 
 use super::edge_cube::{self, EdgeCube};
-use crate::image::{Row, at_points};
+use crate::image::{Row, at_points, smallest_order};
 use crate::{SmallLight, Source, Tree, Zonal, angular, probe};
 use glam::DVec3;
 use steradian_base::{Cancelled, Task};
@@ -104,34 +104,12 @@ pub fn filter_within(
     Ok(Filtered { cube, way: CubeMethod::Frequency { order }, tail, interpolation, clipped })
 }
 
-/// The smallest order whose tail bound is at most `tolerance` (or the whole spectrum), and that bound.
-///
-/// The energy in bands above F is at most max_{l>F} |k_l|² · (∫base² − Σ_{l≤F} base_l²) (Ramamoorthi &
-/// Hanrahan 2002, eq. 5.19 in spirit); it is compared with the energy of the result.
+/// [`smallest_order`] of the light without its brightest texels, relative to the energy of the result.
 fn order(source: &Source, k: &[f64], tolerance: f64) -> (usize, f64) {
     let top = source.order();
     let result: f64 = (0..=top).map(|l| k[l] * k[l] * source.bands[l]).sum();
-    if result <= 0.0 {
-        return (0, 0.0);
-    }
-    // peak[l] = max over l' > l of |k_l'|: kernels fall, but for ripples that this takes care of.
-    let mut peak = vec![0.0_f64; top + 1];
-    let mut largest = 0.0_f64;
-    for l in (0..k.len()).rev() {
-        if l <= top {
-            peak[l] = largest;
-        }
-        largest = largest.max(k[l].abs());
-    }
-    let mut left = source.base_energy;
-    for l in 0..=top {
-        left = (left - band(&source.spectrum, l)).max(0.0);
-        let tail = (peak[l] * peak[l] * left / result).sqrt();
-        if tail <= tolerance || l == top {
-            return (l, tail);
-        }
-    }
-    (top, 0.0)
+    let bands: Vec<f64> = (0..=top).map(|l| band(&source.spectrum, l)).collect();
+    smallest_order(k, &bands, source.base_energy, result, tolerance)
 }
 
 fn band(sh: &ShRgb, l: usize) -> f64 {
