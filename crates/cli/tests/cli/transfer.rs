@@ -256,8 +256,7 @@ fn points_and_comparisons_take_transfer_of_a_file() {
     fails(dir, 2, "takes no transfer of a file", &eval("haar_transport", "p.csv", file));
     let compare = |more: &[&'static str]| {
         let line = ["compare", "torus", "-e", "overcast", "-b", "lambert", "--size", "24x24", "--json"];
-        let line = [&line[..], &["--transfer", "t.safetensors"], more].concat();
-        line
+        [&line[..], &["--transfer", "t.safetensors"], more].concat()
     };
     let text = well(dir, &compare(&["-t", "prt_diffuse", "--param", "bands=4", "-t", "sh_irradiance"]));
     let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
