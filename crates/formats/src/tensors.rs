@@ -158,8 +158,8 @@ impl Tensor {
         Self { shape: shape.into(), data: TensorData::F64(data) }
     }
 
-    /// The elements as 8-bit whole numbers, and by what those of each place in the last index are multiplied: a
-    /// 127th of the largest magnitude there. Elements that are not finite become 0.
+    /// The elements as 8-bit whole numbers, and by what those of each place in the last index are multiplied:
+    /// a 127th of the largest magnitude there. Elements that are not finite become 0.
     pub fn scaled_bytes(&self) -> (Self, Self) {
         let v = self.data.to_f32();
         let last = self.shape.last().copied().unwrap_or(1).max(1);

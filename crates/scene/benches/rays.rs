@@ -50,7 +50,8 @@ fn measure(name: &str, rays: &[Ray], baseline: Option<f64>, f: impl Fn(&Ray) -> 
     measure_all(name, rays, baseline, || rays.iter().filter(|r| f(r)).count())
 }
 
-/// Best of five runs: million rays a second, and the share that is occluded, of which `count` gives the number.
+/// Best of five runs: million rays a second, and the share that is occluded, of which `count` gives the
+/// number.
 fn measure_all(name: &str, rays: &[Ray], baseline: Option<f64>, mut count: impl FnMut() -> usize) -> f64 {
     let mut best = Duration::MAX;
     let mut occluded = 0;
@@ -66,8 +67,8 @@ fn measure_all(name: &str, rays: &[Ray], baseline: Option<f64>, mut count: impl 
     rate
 }
 
-/// Writes the rays into the folder `STERADIAN_DUMP` for `scripts/embree-rays.py`: counts of vertices, triangles and rays as
-/// u32, then positions, indices, and origins and directions, all little-endian.
+/// Writes the rays into the folder `STERADIAN_DUMP` for `scripts/embree-rays.py`: counts of vertices,
+/// triangles and rays as u32, then positions, indices, and origins and directions, all little-endian.
 fn dump(path: &std::path::Path, mesh: &Mesh, rays: &[Ray]) -> std::io::Result<()> {
     let mut bytes = Vec::new();
     for n in [mesh.positions.len(), mesh.triangles.len(), rays.len()] {

@@ -169,9 +169,9 @@ impl Session {
         }
     }
 
-    /// Writes transfer in numbers of `bits` (8, 16, 32): to a .glb file as attributes of the mesh's vertices, to
-    /// any other as tensors with their provenance, of whole numbers with scales for 8 and of halves for 16. Removes the data kept for
-    /// resuming after an interruption.
+    /// Writes transfer in numbers of `bits` (8, 16, 32): to a .glb file as attributes of the mesh's vertices,
+    /// to any other as tensors with their provenance, of whole numbers with scales for 8 and of halves for
+    /// 16. Removes the data kept for resuming after an interruption.
     pub fn write_transfer(&mut self, done: Done, bits: u32, path: &Path) -> Result<(), Error> {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
             let numbers = VertexNumbers::of_bits(bits)
@@ -236,8 +236,8 @@ impl Session {
         Ok(Some((saved, file)))
     }
 
-    /// Transfer of `mesh` from a file, at sites of a kind ([`Saved::sites`]); that of another mesh or of other
-    /// sites is refused.
+    /// Transfer of `mesh` from a file, at sites of a kind ([`Saved::sites`]); that of another mesh or of
+    /// other sites is refused.
     pub fn transfer_of(&mut self, path: &Path, mesh: &Mesh, kind: &str) -> Result<Arc<Saved>, Error> {
         let Some((saved, _)) = self.saved_transfer(path)? else {
             return Err(Error::input(format!(

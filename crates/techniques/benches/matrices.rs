@@ -19,8 +19,8 @@ use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{AnyBake, Geometry, Material, PointsBuf, Radiance, Sites, View, find};
 use steradian_testkit::data;
 
-/// Technique, parameters, reflectance, the printed label, and what its paper says, a million vertices a second.
-/// The first case of a reflectance is the baseline of those that follow.
+/// Technique, parameters, reflectance, the printed label, and what its paper says, a million vertices a
+/// second. The first case of a reflectance is the baseline of those that follow.
 type Case = (&'static str, &'static [(&'static str, f64)], &'static str, &'static str, &'static str);
 
 const PHONG: &str = "phong:n=10";
@@ -29,8 +29,8 @@ const COLOURED: &str = "lambert:albedo=0.8/0.5/0.3";
 const METAL: &str = "ggx:alpha=0.4,f0=0.9";
 const BRUSHED: &str = "ashikhmin-shirley:nu=24,nv=8";
 
-/// Kautz, Sloan & Snyder 2002, table 1: Tyra, 100,000 vertices, view and light free, with transfer, 2.08 frames a
-/// second on a Pentium 4 of 2.2 GHz.
+/// Kautz, Sloan & Snyder 2002, table 1: Tyra, 100,000 vertices, view and light free, with transfer, 2.08
+/// frames a second on a Pentium 4 of 2.2 GHz.
 const TYRA: &str = "0.208";
 
 const CASES: [Case; 11] = [

@@ -282,7 +282,8 @@ pub fn scale_of(name: &str) -> String {
     format!("{name}.scale")
 }
 
-/// Kind of given points in [`Saved::sites`], with the beginning of the SHA-256 of their positions and normals.
+/// Kind of given points in [`Saved::sites`], with the beginning of the SHA-256 of their positions and
+/// normals.
 pub fn points_kind(sites: &[Site]) -> String {
     let bytes: Vec<u8> = sites
         .iter()

@@ -80,11 +80,12 @@ pub fn start(level: u32) -> usize {
 /// Where in its cell, column `x` and row `y` of a level, the point lies that a site's ray goes through, in
 /// [0, 1)²: identical on every machine.
 ///
-/// The points of a level's 4^level cells are a (0, 2·level, 2)-net in base 2 (Niederreiter 1987, "Point Sets and
-/// Sequences with Small Discrepancy"): every rectangle of sides 2^−i × 2^−j and the area of a cell, at multiples
-/// of its sides, has one, and so has every square of cells within itself. Such points are columns and rows whose
-/// digits go on with those of the other one in reverse; a digital shift of each site and level makes every place
-/// in a cell equally likely (Owen 1995, "Randomly Permuted (t, m, s)-Nets and (t, s)-Sequences", on scrambles).
+/// The points of a level's 4^level cells are a (0, 2·level, 2)-net in base 2 (Niederreiter 1987, "Point Sets
+/// and Sequences with Small Discrepancy"): every rectangle of sides 2^−i × 2^−j and the area of a cell, at
+/// multiples of its sides, has one, and so has every square of cells within itself. Such points are columns
+/// and rows whose digits go on with those of the other one in reverse; a digital shift of each site and level
+/// makes every place in a cell equally likely (Owen 1995, "Randomly Permuted (t, m, s)-Nets and (t,
+/// s)-Sequences", on scrambles).
 #[inline(always)]
 pub fn offset(shift: [u32; 2], [x, y]: [u32; 2]) -> [f32; 2] {
     let unit = |digits: u32| (digits >> 8) as f32 * (1.0 / (1 << 24) as f32);

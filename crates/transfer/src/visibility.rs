@@ -1,9 +1,9 @@
 //! Visibility of a site: cells of the hemisphere, refined where neighbours differ.
 //!
-//! Every cell of a regular grid gets one ray, through a point in it of a randomly shifted net of low discrepancy.
-//! Cells that do not agree with their neighbours are divided in four, each with a ray of its own, and so on until
-//! the estimate of the error is small enough. Boundaries of length s in cells of side h leave an error of order √(s h³); the grid alone
-//! would take the square of the rays.
+//! Every cell of a regular grid gets one ray, through a point in it of a randomly shifted net of low
+//! discrepancy. Cells that do not agree with their neighbours are divided in four, each with a ray of its
+//! own, and so on until the estimate of the error is small enough. Boundaries of length s in cells of side h
+//! leave an error of order √(s h³); the grid alone would take the square of the rays.
 //!
 //! Surfaces that touch leave gaps far thinner than a cell. Four rules find them:
 //!

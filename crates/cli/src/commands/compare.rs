@@ -43,8 +43,8 @@ pub struct Options {
     /// Parameter of the techniques that have it
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
     params: Vec<inputs::Parameter>,
-    /// Transfer of the mesh's vertices, as `transfer` writes it, in place of rays for the techniques that take
-    /// it
+    /// Transfer of the mesh's vertices, as `transfer` writes it, in place of rays for the techniques that
+    /// take it
     #[arg(long, value_name = "FILE")]
     transfer: Option<PathBuf>,
     /// A saved bake (.safetensors, or the folder of one) of the light and the reflectance; may be given

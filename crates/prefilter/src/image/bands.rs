@@ -30,8 +30,8 @@ pub(crate) fn smallest_order(k: &[f64], bands: &[f64], base: f64, result: f64, l
     (bands.len().saturating_sub(1), tail)
 }
 
-/// [`smallest_order`] of `light`. Errors are relative to the result of the kernel `whole`, of which `k` may be
-/// a part, without the brightest texels: they fill little of the map.
+/// [`smallest_order`] of `light`. Errors are relative to the result of the kernel `whole`, of which `k` may
+/// be a part, without the brightest texels: they fill little of the map.
 pub(crate) fn order(light: &Sampled, k: &[f64], whole: &[f64], limit: f64) -> (usize, f64) {
     let bands = &light.base_bands()[..=light.order()];
     let result: f64 = whole.iter().zip(light.base_bands()).map(|(k, b)| k * k * b).sum();
