@@ -374,7 +374,10 @@ struct OtherLights<'a> {
 
 fn answers(bake: &mut dyn AnyBake, view: &View, direct: Option<OtherLights<'_>>, q: &Points) -> Answers {
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.n.len()]);
-    bake.frame(view);
+    // A bake has the frame of the default view already; data of a view that no point has are not made.
+    if *view != View::default() {
+        bake.frame(view);
+    }
     for (view, points) in batches(bake, view, q) {
         if bake.card().needs.view {
             bake.frame(&view);

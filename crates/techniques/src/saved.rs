@@ -1,7 +1,7 @@
 //! Saved bakes: tensors, a record of the inputs that they were made from, and a digest by which damage is
 //! found.
 
-use crate::{AnyBake, AnyLocal, AnyTechnique, BakeError, LocalBake};
+use crate::{AnyBake, AnyLocal, AnyTechnique, BakeError, LocalBake, tensors};
 use glam::Mat3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -198,6 +198,12 @@ impl SavedBake {
         let file = Self { path, technique, made, turn: Mat3::IDENTITY, tensors };
         file.open()?;
         Ok(file)
+    }
+
+    /// [`AnyTechnique::needs_view`] with the parameters that it was baked with.
+    pub fn needs_view(&self) -> bool {
+        let params = tensors::params(&self.tensors, self.technique.params());
+        params.map_or(self.technique.card().needs.view, |p| self.technique.needs_view(&p))
     }
 
     /// The bake.

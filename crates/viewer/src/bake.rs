@@ -166,19 +166,27 @@ fn by(
     params: &std::collections::BTreeMap<String, String>,
 ) -> Result<(), Error> {
     match method {
-        Some(Method::Technique(t)) if (t.card().materials)(&*m.brdf).is_err() => m.method = None,
+        Some(Method::Technique(t)) if t.takes(&*m.brdf, &given(*t, params)?).is_err() => m.method = None,
         Some(method) => m.method = Some(method.clone()),
         None => {}
     }
     if let (Some(Method::Technique(t)), true) = (&m.method, method.is_some()) {
-        let given = params.get(t.card().slug).map(String::as_str).unwrap_or_default();
-        m.params = ParamValues::parse(given, t.params())?;
+        m.params = given(*t, params)?;
     }
     Ok(())
 }
 
+/// The parameters wished for a technique.
+fn given(
+    t: &dyn AnyTechnique,
+    params: &std::collections::BTreeMap<String, String>,
+) -> Result<ParamValues, Error> {
+    let given = params.get(t.card().slug).map(String::as_str).unwrap_or_default();
+    Ok(ParamValues::parse(given, t.params())?)
+}
+
 /// Why a technique takes none of the materials.
 fn refusal(t: &dyn AnyTechnique, scene: &Scene) -> String {
-    let why = scene.materials.iter().find_map(|m| (t.card().materials)(&*m.brdf).err());
+    let why = scene.materials.iter().find_map(|m| t.takes(&*m.brdf, &m.params).err());
     format!("{}: {}", t.card().slug, why.unwrap_or_default())
 }

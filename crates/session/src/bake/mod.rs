@@ -119,7 +119,8 @@ impl Session {
     pub fn bake(&mut self, request: &Request) -> Result<Outcome<Baked>, Error> {
         let brdf = self.brdf(&request.brdf)?;
         let (technique, card) = (request.technique, request.technique.card());
-        (card.materials)(&*brdf).map_err(|why| Error::usage(format!("{}: {why}", card.slug)))?;
+        let refused = |why: String| Error::usage(format!("{}: {why}", card.slug));
+        technique.takes(&*brdf, &request.params).map_err(refused)?;
         let mut params = request.params.clone();
         if let Accuracy::Energy(e) = request.accuracy {
             params.0.insert(EPSILON.into(), e.into());

@@ -218,13 +218,12 @@ impl Session {
             Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance, scene, sites };
         let again = |p: Prepared| match &p.method {
             Method::Technique(t)
-                if t.card().needs.view || p.material.local.as_ref().is_some_and(Local::sees_view) =>
+                if t.needs_view(&p.material.params)
+                    || p.material.local.as_ref().is_some_and(Local::sees_view) =>
             {
                 self.prepare(&p.material, &p.method, under, &self.task)
             }
-            Method::File(f) if f.technique.card().needs.view => {
-                self.prepare(&p.material, &p.method, under, &self.task)
-            }
+            Method::File(f) if f.needs_view() => self.prepare(&p.material, &p.method, under, &self.task),
             _ => Ok(p),
         };
         materials.into_iter().map(again).collect()

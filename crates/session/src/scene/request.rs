@@ -323,8 +323,8 @@ fn of_ground(ground: &GroundRequest, o: &SceneRequest, session: &mut Session) ->
         let Method::Technique(t) = method else {
             return Err(refused(format!("{name} shades all of a scene, or none")));
         };
-        (t.card().materials)(&*brdf).map_err(|why| refused(format!("{name} {why}")))?;
         let params = ParamValues::parse(body, t.params()).map_err(|e| refused(e.to_string()))?;
+        t.takes(&*brdf, &params).map_err(|why| refused(format!("{name} {why}")))?;
         return Ok(Material { method: Some(method), params, ..Material::new(brdf) });
     }
     let method = o.method.clone().filter(|m| match m {

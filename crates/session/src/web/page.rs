@@ -7,9 +7,10 @@ use crate::page::encoded;
 use crate::picture::{auto_exposure, background};
 use crate::scene::Sited;
 use crate::web::{Request, Truth, Written};
-use crate::{Error, Kind, Method, Outcome, Prepared, Renderer, Scene, Session};
+use crate::{Error, Kind, Material, Method, Outcome, Prepared, Renderer, Scene, Session};
 use std::f64::consts::TAU;
 use std::path::Path;
+use steradian_base::ParamValues;
 use steradian_formats::{write_atomic, write_dir_atomic};
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Background, Develop, Film, Settings, Stage};
@@ -76,6 +77,13 @@ impl Session {
                 && let Some(why) = refusal(*t, &scene)
             {
                 return Err(Error::usage(format!("{}: {why}", t.card().slug)));
+            }
+        }
+        for m in scene.materials.iter().chain(&scene.ground) {
+            for method in request.methods.iter().chain(&m.method) {
+                if let Method::Technique(t) = method {
+                    refuse_views(*t, m)?;
+                }
             }
         }
         let sited = match &request.methods[..] {
@@ -183,7 +191,7 @@ impl Session {
         for m in &scene.materials {
             let mut m = m.with(method.clone());
             if let Method::Technique(t) = method {
-                m.params.0.retain(|name, _| t.params().iter().any(|p| p.name == name));
+                m.params = own_params(*t, &m);
             }
             match self.prepare(&m, method, under, &self.task) {
                 Ok(p) => out.push(Some(p)),
@@ -277,9 +285,25 @@ fn lean(p: &Prepared) -> Option<GpuTechnique> {
 fn refusal(t: &dyn AnyTechnique, scene: &Scene) -> Option<String> {
     let mut why = None;
     for m in scene.materials.iter().chain(&scene.ground) {
-        why = Some((t.card().materials)(&*m.brdf).err()?.to_string());
+        why = Some(t.takes(&*m.brdf, &own_params(t, m)).err()?.to_string());
     }
     why
+}
+
+/// The parameters of a material that are a technique's.
+fn own_params(t: &dyn AnyTechnique, m: &Material) -> ParamValues {
+    let mut params = m.params.clone();
+    params.0.retain(|name, _| t.params().iter().any(|p| p.name == name));
+    params
+}
+
+/// Refuses a technique whose parameters make it prepare every view anew.
+fn refuse_views(t: &dyn AnyTechnique, m: &Material) -> Result<(), Error> {
+    if t.needs_view(&own_params(t, m)) {
+        let why = "prepares every view anew, which a page cannot";
+        return Err(Error::usage(format!("{}: {why}", t.card().slug)));
+    }
+    Ok(())
 }
 
 /// Refuses methods that browsers cannot shade.
@@ -290,11 +314,7 @@ fn refuse(methods: &[Method]) -> Result<(), Error> {
                 let why = "shades on the CPU alone: name a technique, and bake its picture in with --reference or --path";
                 return Err(Error::usage(format!("{}: {why}", m.slug())));
             }
-            Method::Technique(t) if t.card().needs.view => {
-                let why = "prepares every view anew, which a page cannot";
-                return Err(Error::usage(format!("{}: {why}", t.card().slug)));
-            }
-            Method::File(f) if f.technique.card().needs.view => {
+            Method::File(f) if f.needs_view() => {
                 let why = "prepares every view anew, which a page cannot";
                 return Err(Error::usage(format!("{}: {why}", f.technique.card().slug)));
             }

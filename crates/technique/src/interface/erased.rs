@@ -12,6 +12,7 @@ use crate::{
 use std::marker::PhantomData;
 use std::sync::{Arc, OnceLock};
 use steradian_base::{Certificate, Evidence, ParamInfo, ParamValues, Params, Task};
+use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
 /// A technique without its types.
@@ -22,6 +23,11 @@ pub trait AnyTechnique: Send + Sync {
     fn params(&self) -> &'static [ParamInfo];
     /// Does a bake with these parameters need a [`Geometry`]? Parameters that are refused need none.
     fn needs_sites(&self, params: &ParamValues) -> bool;
+    /// Does it take a reflectance with these parameters? Lists that know no parameters go by
+    /// [`Card::materials`], as do parameters that are refused.
+    fn takes(&self, brdf: &dyn Brdf, params: &ParamValues) -> Result<(), String>;
+    /// [`Technique::needs_view`]; that of the Card for parameters that are refused.
+    fn needs_view(&self, params: &ParamValues) -> bool;
     /// [`Technique::self_shadowing`]; false of parameters that are refused.
     fn self_shadowing(&self, params: &ParamValues) -> bool;
     /// [`Technique::reads_transfer`]; false of parameters that are refused.
@@ -30,8 +36,9 @@ pub trait AnyTechnique: Send + Sync {
     fn spacing(&self) -> f32;
     /// [`Technique::VARIES`].
     fn varies(&self) -> Varies;
-    /// Bakes every factor and links them. Refuses materials that the Card does not take, light that the
-    /// technique would have to drop or that [`Lights::check`] does, and missing geometry.
+    /// Bakes every factor and links them. Refuses materials that it does not take with these parameters
+    /// ([`AnyTechnique::takes`]), light that the technique would have to drop or that [`Lights::check`] does,
+    /// and missing geometry.
     fn bake(
         &self,
         lights: &Lights,
@@ -131,8 +138,8 @@ impl<T: Technique> Erased<T> {
     const CARD: &'static Card = &T::CARD;
 }
 
-fn check_material<T: Technique>(material: &Material) -> Result<(), BakeError> {
-    (T::CARD.materials)(&*material.brdf).map_err(|why| BakeError::Material { slug: T::CARD.slug, why })
+fn check_material<T: Technique>(material: &Material, params: &T::Params) -> Result<(), BakeError> {
+    T::takes(&*material.brdf, params).map_err(|why| BakeError::Material { slug: T::CARD.slug, why })
 }
 
 fn transfer<T: Technique>(
@@ -159,6 +166,17 @@ impl<T: Technique> AnyTechnique for Erased<T> {
 
     fn needs_sites(&self, params: &ParamValues) -> bool {
         T::Params::from_values(params).is_ok_and(|p| T::needs_sites(&p))
+    }
+
+    fn takes(&self, brdf: &dyn Brdf, params: &ParamValues) -> Result<(), String> {
+        match T::Params::from_values(params) {
+            Ok(p) => T::takes(brdf, &p),
+            Err(_) => (T::CARD.materials)(brdf),
+        }
+    }
+
+    fn needs_view(&self, params: &ParamValues) -> bool {
+        T::Params::from_values(params).map_or(T::CARD.needs.view, |p| T::needs_view(&p))
     }
 
     fn self_shadowing(&self, params: &ParamValues) -> bool {
@@ -194,7 +212,7 @@ impl<T: Technique> AnyTechnique for Erased<T> {
         task: &Task,
     ) -> Result<Box<dyn AnyBake>, BakeError> {
         let params = T::settled(T::Params::from_values(params)?, material);
-        check_material::<T>(material)?;
+        check_material::<T>(material, &params)?;
         lights.check()?;
         let given = Given {
             lights: Some(lights.clone()),
@@ -207,7 +225,7 @@ impl<T: Technique> AnyTechnique for Erased<T> {
         let factors =
             Factors { light: Arc::new(light), material: Arc::new(material), transfer: Arc::new(transfer) };
         let (bake, report) = factors.uncertified(params, task)?;
-        let bake = Baked::<T>::new(bake, View::default(), geometry.cloned(), given);
+        let bake = Baked::<T>::new(bake, None, geometry.cloned(), given);
         Ok(Box::new(Baked { report: Some(report), ..bake }))
     }
 
@@ -226,7 +244,7 @@ impl<T: Technique> AnyTechnique for Erased<T> {
         if !T::is_whole(&bake) {
             return Err(BakeError::Load { slug, why: "its parts do not fit each other".into() });
         }
-        Ok(Baked::<T>::boxed(bake, View::default(), None, Given::default()))
+        Ok(Baked::<T>::boxed(bake, None, None, Given::default()))
     }
 }
 
@@ -263,7 +281,8 @@ impl<T: Technique> Factors<T> {
 struct Baked<T: Technique> {
     bake: Arc<Bake<T>>,
     frame: T::Frame,
-    view: View,
+    /// The view of the frame, once there was one.
+    view: Option<View>,
     geometry: Option<Geometry>,
     given: Given,
     /// The report of a draft, and its certificate once that is measured.
@@ -272,16 +291,24 @@ struct Baked<T: Technique> {
 }
 
 impl<T: Technique> Baked<T> {
-    fn new(bake: impl Into<Arc<Bake<T>>>, view: View, geometry: Option<Geometry>, given: Given) -> Self {
+    fn new(
+        bake: impl Into<Arc<Bake<T>>>,
+        view: Option<View>,
+        geometry: Option<Geometry>,
+        given: Given,
+    ) -> Self {
         let bake = bake.into();
         let mut frame = T::Frame::default();
-        T::frame(&bake, &view, &mut frame);
+        match &view {
+            Some(view) => T::frame(&bake, view, &mut frame),
+            None => T::first_frame(&bake, &mut frame),
+        }
         Self { bake, frame, view, geometry, given, report: None, measured: OnceLock::new() }
     }
 
     fn boxed(
         bake: impl Into<Arc<Bake<T>>>,
-        view: View,
+        view: Option<View>,
         geometry: Option<Geometry>,
         given: Given,
     ) -> Box<dyn AnyBake> {
@@ -304,7 +331,7 @@ impl<T: Technique> Baked<T> {
             given.lights = Some(lights.clone());
         }
         if let Some(material) = material {
-            check_material::<T>(material)?;
+            check_material::<T>(material, &b.params)?;
             given.brdf = Some(material.brdf.clone());
             factors.material = Arc::new(T::material(material, &b.params, task)?);
             if !T::same_transfer(&b.params, &b.material, &factors.material) {
@@ -354,7 +381,7 @@ impl<T: Technique> AnyBake for Baked<T> {
     }
 
     fn frame(&mut self, v: &View) {
-        self.view = *v;
+        self.view = Some(*v);
         T::frame(&self.bake, v, &mut self.frame);
     }
 
@@ -402,7 +429,7 @@ impl<T: Technique> AnyBake for Baked<T> {
     }
 
     fn with_view(&self, v: &View) -> Box<dyn AnyBake> {
-        let seen = Self::new(self.bake.clone(), *v, self.geometry.clone(), self.given.clone());
+        let seen = Self::new(self.bake.clone(), Some(*v), self.geometry.clone(), self.given.clone());
         Box::new(Self { report: self.report.clone(), measured: self.measured.clone(), ..seen })
     }
 

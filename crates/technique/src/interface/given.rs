@@ -2,7 +2,7 @@
 
 use crate::certify::{Report, sites};
 use crate::shared::light::distant;
-use crate::{Bake, BakeError, Geometry, Part, Technique, View};
+use crate::{Bake, BakeError, Geometry, Part, Technique};
 use steradian_base::{Certificate, Task};
 use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_light::Lights;
@@ -52,7 +52,7 @@ impl Given {
         };
         let Some(tree) = b.light.kept_light().or(own.as_ref()) else { return Ok(None) };
         let mut frame = T::Frame::default();
-        T::frame(b, &View::default(), &mut frame);
+        T::first_frame(b, &mut frame);
         let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| T::shade(b, &frame, q, out);
         let mut c = target.errors(tree, task, &shade)?.certificate(report);
         if let Some((name, target)) = T::also_against(b) {
@@ -72,7 +72,7 @@ impl Given {
             return Ok(None);
         };
         let mut frame = T::Frame::default();
-        T::frame(b, &View::default(), &mut frame);
+        T::first_frame(b, &mut frame);
         let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| T::shade(b, &frame, q, out);
         let paths = sites::Paths {
             geometry,

@@ -37,8 +37,21 @@ pub trait Technique: Send + Sync + 'static {
     }
     /// Bakes the light.
     fn light(l: &Lights, p: &Self::Params, task: &Task) -> Result<Self::Light, BakeError>;
-    /// Bakes the reflectance, which [`Card::materials`] takes.
+    /// Bakes the reflectance, which [`Technique::takes`] takes.
     fn material(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Material, BakeError>;
+    /// Accepts a reflectance for bakes with these parameters, or says why it is refused and what to use
+    /// instead. Techniques with parameters that widen what [`Card::materials`] takes override this; lists and
+    /// comparisons go by the Card.
+    fn takes(brdf: &dyn Brdf, p: &Self::Params) -> Result<(), String> {
+        let _ = p;
+        (Self::CARD.materials)(brdf)
+    }
+    /// With these parameters, must a frame come before shading whenever the view changes, and is it too slow
+    /// to make for several views in turn?
+    fn needs_view(p: &Self::Params) -> bool {
+        let _ = p;
+        Self::CARD.needs.view
+    }
     /// Does a bake with these parameters need sites on a mesh?
     fn needs_sites(p: &Self::Params) -> bool {
         let _ = p;
@@ -113,6 +126,11 @@ pub trait Technique: Send + Sync + 'static {
     /// Prepares a frame. Techniques that look light up by direction keep the rotation.
     fn frame(b: &Bake<Self>, v: &View, f: &mut Self::Frame) {
         let _ = (b, v, f);
+    }
+    /// Prepares the frame of a bake that was shown no view yet, by which its certificate is measured. Where
+    /// the data of a view take long to make, the technique overrides this, and shades without them.
+    fn first_frame(b: &Bake<Self>, f: &mut Self::Frame) {
+        Self::frame(b, &View::default(), f);
     }
     /// Bytes that shading reads.
     fn bytes(b: &Bake<Self>) -> usize {

@@ -1,8 +1,10 @@
-//! Parameters, and the transport of blocked light from all sites.
+//! Parameters, and the geometry's factor: what sites see, or the transport of their blocked light.
 
 use super::HaarTransport;
 use super::light::transform;
-use super::transport::{MOST_SITES, Row, Transport};
+use super::material::Matter;
+use super::sights::{Sights, Transfer};
+use super::transport::{Columns, MOST_SITES, Row, Scale, Transport};
 use super::visibility::{Pyramid, Scratch};
 use crate::shared::geometry::transport::{self, PerSite};
 use crate::shared::light::sh_light::Albedo;
@@ -10,6 +12,9 @@ use crate::{BakeError, Geometry, Technique};
 use steradian_base::{ParamInfo, Task, params};
 use steradian_parallel::prelude::*;
 use steradian_transfer::{BLOCK, Scene, Settings};
+
+/// Words of `fix`.
+const FIX: [&str; 2] = ["nothing", "view"];
 
 params! {
     /// The parameters.
@@ -22,15 +27,28 @@ params! {
         /// Measure by which wavelets are chosen, an index of the choices.
         pub choice: usize = ParamInfo::choice("choice", &["transport", "magnitude", "area"], "by what wavelets of the light are chosen: its coefficient times the length of the transport's column, the coefficient alone, or times the wavelet's area"),
         /// Part of each site's transport that is left out.
-        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.07, "part of each site's transport vector that is left out: of the geometric mean of the lengths of what is blocked and of the cosine over the texels"),
+        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.07, "part of each site's transport vector that is left out: of the geometric mean of the lengths of what is blocked and of the cosine over the texels, or with fix=view of those of its own and of its sum spread over the hemisphere"),
         /// Scattering events.
         pub bounces: usize = ParamInfo::whole("bounces", [1.0, 64.0], 1.0, "scattering events at surfaces: 1 is direct light alone; what is reflected is smooth, and held in spherical harmonics"),
         /// Bands of reflected light.
         pub bands: usize = ParamInfo::whole("bands", [1.0, 6.0], 5.0, "bands of spherical harmonics of reflected light"),
+        /// Quantity that is static, an index of the choices.
+        pub fix: usize = ParamInfo::choice("fix", &FIX, "what stands still: view, for which vertices of a mesh keep their transport, of any reflectance; the light may turn and change"),
     }
 }
 
+/// Quantity that is static, so that sites can keep data that depend on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fix {
+    Nothing,
+    View,
+}
+
 impl Params {
+    pub(super) fn fix(&self) -> Fix {
+        [Fix::Nothing, Fix::View][self.fix.min(1)]
+    }
+
     pub(super) fn side(&self) -> usize {
         1 << self.size
     }
@@ -39,8 +57,16 @@ impl Params {
 /// Rows of some sites, and the squares of their coefficients, summed over the sites.
 type Block = (Vec<Row>, Vec<f64>);
 
-/// Transport of all sites of `g`.
-pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Result<Transport, BakeError> {
+/// What the sites of `g` see, or the transport of their blocked light.
+pub(super) fn transfer(g: &Geometry, m: &Matter, p: &Params, task: &Task) -> Result<Transfer, BakeError> {
+    match m {
+        Matter::Lambert(albedo) => Ok(Transfer::Diffuse(diffuse(g, albedo, p, task)?)),
+        Matter::Glossy(_) => Ok(Transfer::Sights(Box::new(Sights::new(g, p, task)?))),
+    }
+}
+
+/// Transport of blocked light from all sites of `g`.
+fn diffuse(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Result<Transport, BakeError> {
     let slug = HaarTransport::CARD.slug;
     let sites = transport::sites(slug, g)?;
     if sites.len() > MOST_SITES {
@@ -93,7 +119,8 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
     let norms = squares.iter().map(|s| s.sqrt() as f32).collect();
     let normal = |s: &steradian_transfer::Site| if s.is_absent() { [0.0; 3] } else { s.n.to_array() };
     let normals = sites.iter().map(normal).collect();
-    Ok(Transport::new(&rows, normals, norms, side, reflected(g, m, p, task)?))
+    let reflected = reflected(g, m, p, task)?;
+    Ok(Transport { side, normals, columns: Columns::new(&rows, side, Scale::Even), norms, reflected })
 }
 
 /// Vectors of the light that the mesh reflects to each site.

@@ -3,7 +3,11 @@
 use super::HaarTransport;
 use super::bake::Params;
 use super::cube::Level;
+use super::fixed::{self, Fixed};
 use super::light::{Light, transform};
+use super::material::Matter;
+use super::seen::Towards;
+use super::sights::Transfer;
 use super::transport::Transport;
 use crate::gpu::{Buffer, Entry, Numbers};
 use crate::shared::geometry::transport;
@@ -20,7 +24,9 @@ use steradian_sphere::{Layout, SphereImage};
 /// Radiance of each site in a frame.
 #[derive(Default)]
 pub struct Frame {
-    radiance: Vec<[f32; 3]>,
+    pub(super) radiance: Vec<[f32; 3]>,
+    /// What a frame of a fixed view was made from.
+    pub(super) fixed: Fixed,
 }
 
 /// Wavelets of the light: the scaling coefficients, and the chosen ones.
@@ -30,19 +36,22 @@ pub(super) struct Chosen {
 }
 
 /// The wavelets of `light` (transformed faces) that a frame sums.
-pub(super) fn choose(light: &[Vec<f32>; 3], t: &Transport, p: &Params) -> Chosen {
-    let face = t.side * t.side;
+///
+/// `norms` are the lengths of the transport's columns.
+pub(super) fn choose(light: &[Vec<f32>; 3], norms: &[f32], p: &Params) -> Chosen {
+    let side = (norms.len() / 6).isqrt();
+    let face = side * side;
     let of = |k: usize| [light[0][k], light[1][k], light[2][k]];
     // A wavelet of level s, in [s, 2s) of rows or columns, covers (side/s)² texels.
     let area = |k: usize| {
-        let (i, j) = (k % t.side, k % face / t.side);
+        let (i, j) = (k % side, k % face / side);
         let s = 1usize << i.max(j).max(1).ilog2();
-        (t.side / s).pow(2) as f32
+        (side / s).pow(2) as f32
     };
     let weight = |k: usize| {
         let squares: f32 = of(k).iter().map(|l| l * l).sum();
         let by = match p.choice {
-            0 => t.norms[k],
+            0 => norms[k],
             1 => 1.0,
             _ => area(k),
         };
@@ -67,10 +76,10 @@ pub(super) fn choose(light: &[Vec<f32>; 3], t: &Transport, p: &Params) -> Chosen
     }
 }
 
-/// The light that falls on the faces from where it came, transformed.
-fn unturned(light: &Light, side: usize) -> [Vec<f32>; 3] {
-    let mut planes = light.on_cube(&Level::new(side), Mat3::IDENTITY);
-    planes.iter_mut().for_each(|plane| transform(plane, side));
+/// The light, turned, on the faces, transformed.
+pub(super) fn on_cube(light: &Light, side: usize, rotation: Mat3) -> [Vec<f32>; 3] {
+    let mut planes = light.on_cube(&Level::new(side), rotation);
+    planes.par_iter_mut().for_each(|plane| transform(plane, side));
     planes
 }
 
@@ -81,17 +90,23 @@ pub(super) fn left_out(light: &Light, t: &Transport, p: &Params) -> f64 {
     if t.side == 0 {
         return 0.0;
     }
-    let planes = unturned(light, t.side);
-    let square = |k: usize| {
-        let l: f64 = planes.iter().map(|p| f64::from(p[k]).powi(2)).sum();
-        l * f64::from(t.norms[k]).powi(2)
-    };
-    let mut left: f64 = (0..t.norms.len()).filter(|k| !k.is_multiple_of(t.side * t.side)).map(square).sum();
-    let chosen = choose(&planes, t, p);
-    left -= chosen.others.iter().map(|(k, _)| square(*k as usize)).sum::<f64>();
+    let planes = on_cube(light, t.side, Mat3::IDENTITY);
+    let chosen = choose(&planes, &t.norms, p);
     let radiance = arriving(&open(light, Mat3::IDENTITY), t, &chosen);
     let all: f64 = radiance.as_flattened().iter().map(|l| f64::from(*l).powi(2)).sum();
-    if all > 0.0 { (left.max(0.0) / all).sqrt() } else { 0.0 }
+    if all > 0.0 { (not_chosen(&planes, &t.norms, &chosen) / all).sqrt() } else { 0.0 }
+}
+
+/// Σ |L_k|² |T_k|² over the wavelets that a frame leaves out, with |T_k| the lengths of the columns.
+pub(super) fn not_chosen(planes: &[Vec<f32>; 3], norms: &[f32], chosen: &Chosen) -> f64 {
+    let square = |k: usize| {
+        let l: f64 = planes.iter().map(|p| f64::from(p[k]).powi(2)).sum();
+        l * f64::from(norms[k]).powi(2)
+    };
+    let face = norms.len() / 6;
+    let mut left: f64 = (0..norms.len()).filter(|k| !k.is_multiple_of(face)).map(square).sum();
+    left -= chosen.others.iter().map(|(k, _)| square(*k as usize)).sum::<f64>();
+    left.max(0.0)
 }
 
 /// Rows of the map of [`open`]: bilinear lookups in it err by 1e-4 of a sun's maximum.
@@ -113,7 +128,7 @@ fn open(light: &Light, rotation: Mat3) -> SphereImage {
 /// Radiance of white sites: that of unblocked ones less the blocked light, clamped, since the sum of few
 /// wavelets may exceed it.
 fn arriving(open: &SphereImage, t: &Transport, chosen: &Chosen) -> Vec<[f32; 3]> {
-    let mut radiance = t.apply(&chosen.scaling, &chosen.others);
+    let mut radiance = t.columns.apply(&chosen.scaling, &chosen.others);
     radiance.par_iter_mut().zip(t.normals.par_iter()).for_each(|(l, n)| {
         let whole = match *n {
             [0.0, 0.0, 0.0] => [0.0; 3],
@@ -129,9 +144,8 @@ impl Frame {
         if t.side == 0 {
             return Self::default();
         }
-        let mut planes = light.on_cube(&Level::new(t.side), v.light_rotation);
-        planes.par_iter_mut().for_each(|plane| transform(plane, t.side));
-        let chosen = choose(&planes, t, p);
+        let planes = on_cube(light, t.side, v.light_rotation);
+        let chosen = choose(&planes, &t.norms, p);
         let mut radiance = arriving(&open(light, v.light_rotation), t, &chosen);
         let albedo32 = albedo.map(|a| a as f32);
         radiance.par_iter_mut().for_each(|l| (0..3).for_each(|c| l[c] *= albedo32[c]));
@@ -146,11 +160,15 @@ impl Frame {
                 }
             });
         }
-        Self { radiance }
+        Self { radiance, fixed: Fixed::default() }
     }
 }
 
-pub(super) fn shade(f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(b: &Bake<HaarTransport>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+    if let (Matter::Glossy(matter), Transfer::Sights(sights)) = (&*b.material, &*b.transfer) {
+        let towards = Towards { sights, matter, precision: b.params.precision };
+        return fixed::shade(towards, &b.linked, &b.params, f, q, out);
+    }
     for i in 0..q.len() {
         let value = |s: u32| f.radiance.get(s as usize).copied().unwrap_or_default();
         let l = transport::gather(q, i, value);

@@ -1,9 +1,11 @@
+mod view;
+mod weigh;
+
 use super::shade::choose;
 use super::*;
 use crate::rooms::haar_transport::cube::Level;
 use crate::rooms::haar_transport::light::transform;
-use crate::rooms::haar_transport::transport::Row;
-use crate::shared::geometry::transport::PerSite;
+use crate::rooms::haar_transport::transport::{Columns, Row, Scale};
 use crate::{AnyBake, PointsBuf, Sites, find};
 use glam::{DVec3, Mat3, Vec2};
 use std::sync::Arc;
@@ -19,7 +21,7 @@ fn noise(n: usize) -> Vec<f32> {
 }
 
 fn all(wavelets: usize, choice: usize) -> Params {
-    Params { size: 4, wavelets, choice, precision: 0.0, bounces: 1, bands: 5 }
+    Params { size: 4, wavelets, choice, precision: 0.0, bounces: 1, bands: 5, fix: 0 }
 }
 
 /// Radiance of the vertices, each seen along its normal, with `params` of this technique or of another one.
@@ -68,11 +70,11 @@ fn sums_over_wavelets_are_sums_over_texels() {
         Row::of(&row, SIDE, 0.0)
     };
     let rows: Vec<Row> = (0..3).map(row).collect();
-    let transport = Transport::new(&rows, vec![[0.0; 3]; 3], vec![1.0; n], SIDE, PerSite::default());
+    let transport = Columns::new(&rows, SIDE, Scale::Even);
     let mut light = l.clone();
     transform(&mut light, SIDE);
     let planes = [light.clone(), light.clone(), light];
-    let chosen = choose(&planes, &transport, &all(n, 1));
+    let chosen = choose(&planes, &vec![1.0; n], &all(n, 1));
     assert_eq!(chosen.others.len(), n - 6);
     let out = transport.apply(&chosen.scaling, &chosen.others);
     for k in 0..3 {
@@ -102,18 +104,18 @@ fn rows_keep_the_largest() {
 /// A constant light has six coefficients; one texel has one and three a level.
 #[test]
 fn lights_have_few_wavelets() {
-    let transport = Transport::new(&[], Vec::new(), vec![1.0; 6 * SIDE * SIDE], SIDE, PerSite::default());
+    let norms = vec![1.0; 6 * SIDE * SIDE];
     let mut constant = vec![2.0; 6 * SIDE * SIDE];
     transform(&mut constant, SIDE);
     let planes = [constant.clone(), constant.clone(), constant];
-    assert!(choose(&planes, &transport, &all(100, 1)).others.iter().all(|(_, l)| l[0].abs() < 1e-4));
+    assert!(choose(&planes, &norms, &all(100, 1)).others.iter().all(|(_, l)| l[0].abs() < 1e-4));
     let mut texel = vec![0.0; 6 * SIDE * SIDE];
     texel[3 * SIDE * SIDE + 77] = 1.0;
     transform(&mut texel, SIDE);
     let planes = [texel.clone(), texel.clone(), texel];
-    assert_eq!(choose(&planes, &transport, &all(100, 1)).others.len(), 3 * 4);
+    assert_eq!(choose(&planes, &norms, &all(100, 1)).others.len(), 3 * 4);
     // Choice by area puts the widest first.
-    let widest = choose(&planes, &transport, &all(9, 2));
+    let widest = choose(&planes, &norms, &all(9, 2));
     assert!(widest.others.iter().all(|(k, _)| (*k as usize % (SIDE * SIDE)) < 2 * SIDE));
 }
 

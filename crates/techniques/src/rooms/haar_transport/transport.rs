@@ -1,4 +1,4 @@
-//! Blocked light of all sites, as sparse columns, one for each wavelet.
+//! Transport of all sites as sparse columns, one for each wavelet; that of blocked light.
 
 use crate::Part;
 use crate::shared::geometry::transport::PerSite;
@@ -9,33 +9,81 @@ use steradian_parallel::prelude::*;
 /// Most sites, so that an entry's 32 bits hold a site's index and a value of 8 bits.
 pub const MOST_SITES: usize = 1 << 24;
 
-/// Transport of light that is blocked, B = H b: a row for each site, a column for each wavelet.
+/// What the 127 magnitudes of an entry stand for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Scale {
+    /// Multiples of 1/127 of the largest of a column.
+    #[default]
+    Even,
+    /// Parts of the largest of a column in steps of an octave's ninth, each off by 4 % at most: neighbours that
+    /// have the tail of a lobe where others have its peak would all be rounded alike, most of them to zero.
+    Octaves,
+}
+
+/// Steps of an octave.
+const STEPS: f32 = 9.0;
+
+impl Scale {
+    /// The number, −127 to 127, that stands for `x`, in steps of 1/127 of the largest.
+    fn rounded(self, x: f32) -> i32 {
+        let value = match self {
+            Self::Even => x.round().clamp(-127.0, 127.0),
+            Self::Octaves => (127.0 + STEPS * (x.abs() / 127.0).log2()).round().clamp(0.0, 127.0).copysign(x),
+        };
+        value as i32
+    }
+
+    /// What the lowest 8 bits of an entry stand for, in steps of 1/127 of the largest.
+    fn values(self) -> [f32; 256] {
+        std::array::from_fn(|k| {
+            let value = k as i32 - 128;
+            match self {
+                Self::Octaves if value != 0 => {
+                    let value = value as f32;
+                    (127.0 * ((value.abs() - 127.0) / STEPS).exp2()).copysign(value)
+                }
+                _ => value as f32,
+            }
+        })
+    }
+}
+
+/// A row for each site, a column for each wavelet.
 ///
 /// The scaling coefficient of each face is held in full precision. Of all other coefficients a site keeps the
-/// largest, each as a multiple of 1/127 of the largest of its column.
+/// largest, each in eight bits relative to the largest of its column.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Transport {
-    /// Texels a side of a face.
-    pub side: usize,
+pub struct Columns {
     /// Number of sites.
     pub sites: usize,
-    /// Unit normals of the sites; zero where there is no surface.
-    pub normals: Vec<[f32; 3]>,
     /// Scaling coefficients of the six faces, `sites` each.
     pub scaling: Vec<f32>,
     /// Index of the first entry of each column, and of the end of the last one.
     pub starts: Vec<u32>,
     /// Value of a step of the 8-bit entries of each column.
     pub steps: Vec<f32>,
-    /// Length of each column over all sites, coefficients that are not kept included: √Σ b².
-    pub norms: Vec<f32>,
     /// Entries of the columns, sites ascending: site · 256 + value + 128.
     pub entries: Vec<u32>,
+    /// What values stand for.
+    pub scale: Scale,
+}
+
+/// Transport of light that is blocked, B = H b.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Transport {
+    /// Texels a side of a face.
+    pub side: usize,
+    /// Unit normals of the sites; zero where there is no surface.
+    pub normals: Vec<[f32; 3]>,
+    /// B.
+    pub columns: Columns,
+    /// Length of each column over all sites, coefficients that are not kept included: √Σ b².
+    pub norms: Vec<f32>,
     /// Vectors of reflected light in spherical harmonics: none, one or three a site.
     pub reflected: PerSite,
 }
 
-/// Blocked light of a site: the six scaling coefficients, and those coefficients that are kept, by index.
+/// Transport of a site: the six scaling coefficients, and those coefficients that are kept, by index.
 #[derive(Debug, Clone, Default)]
 pub struct Row {
     pub scaling: [f32; 6],
@@ -66,17 +114,43 @@ impl Row {
         others.drain(..out);
         Self { scaling, kept: others }
     }
+
+    /// The same of a vector whose coefficients are mostly not zero, up to rounding of `left`: one pass sums
+    /// squares by magnitude, eight steps an octave, and only the step at which the limit lies is sorted.
+    /// Coefficients are kept in the order of their indices.
+    pub fn of_dense(all: &[f32], side: usize, left: f64) -> Self {
+        const DROPPED: u32 = 20;
+        let face = side * side;
+        let step = |x: f32| (x.abs().to_bits() >> DROPPED) as usize;
+        // Sides are powers of two.
+        let others = || (0u32..).zip(all).filter(|(k, x)| *k as usize & (face - 1) != 0 && **x != 0.0);
+        let mut squares = vec![0.0f64; 1 << (32 - DROPPED)];
+        others().for_each(|(_, x)| squares[step(*x)] += f64::from(*x).powi(2));
+        let (mut out, mut last) = (0.0, squares.len());
+        for (k, s) in squares.iter().enumerate() {
+            if out + s > left {
+                last = k;
+                break;
+            }
+            out += s;
+        }
+        let mut there: Vec<f32> = others().map(|(_, x)| x.abs()).filter(|x| step(*x) == last).collect();
+        there.sort_unstable_by(f32::total_cmp);
+        let least = there.iter().find(|x| {
+            out += f64::from(**x).powi(2);
+            out > left
+        });
+        let least = least.copied().unwrap_or(f32::INFINITY);
+        Self {
+            scaling: std::array::from_fn(|f| all[f * face]),
+            kept: others().filter(|(_, x)| x.abs() >= least).map(|(k, x)| (k, *x)).collect(),
+        }
+    }
 }
 
-impl Transport {
-    /// Builds the transport from the rows and normals of all sites.
-    pub fn new(
-        rows: &[Row],
-        normals: Vec<[f32; 3]>,
-        norms: Vec<f32>,
-        side: usize,
-        reflected: PerSite,
-    ) -> Self {
+impl Columns {
+    /// Builds the columns from the rows of all sites.
+    pub fn new(rows: &[Row], side: usize, scale: Scale) -> Self {
         let columns = 6 * side * side;
         let (mut counts, mut largest) = (vec![0u32; columns + 1], vec![0.0f32; columns]);
         for (k, x) in rows.iter().flat_map(|r| &r.kept) {
@@ -92,22 +166,29 @@ impl Transport {
         for (site, row) in (0u32..).zip(rows) {
             for (k, x) in &row.kept {
                 let step = steps[*k as usize];
-                let value = if step > 0.0 { (x / step).round().clamp(-127.0, 127.0) as i32 } else { 0 };
+                let value = if step > 0.0 { scale.rounded(x / step) } else { 0 };
                 let at = &mut counts[*k as usize];
                 entries[*at as usize] = (site << 8) | (value + 128) as u32;
                 *at += 1;
             }
         }
         let scaling = (0..6).flat_map(|f| rows.iter().map(move |r| r.scaling[f])).collect();
-        Self { side, sites: rows.len(), normals, scaling, starts, steps, norms, entries, reflected }
+        Self { sites: rows.len(), scaling, starts, steps, entries, scale }
     }
 
     /// Σ_k L_k B_k at every site over wavelets `chosen` (number and light, per channel) and the six scaling
-    /// coefficients of `light`.
+    /// coefficients of the light.
     pub fn apply(&self, scaling: &[[f32; 3]; 6], chosen: &[(u32, [f32; 3])]) -> Vec<[f32; 3]> {
+        let mut out = vec![[0.0f32; 3]; self.sites];
+        self.add(scaling, chosen, &mut out);
+        out
+    }
+
+    /// Adds [`Columns::apply`] to `out`, which has a place for each site.
+    pub fn add(&self, scaling: &[[f32; 3]; 6], chosen: &[(u32, [f32; 3])], out: &mut [[f32; 3]]) {
         // Number of sites of a block, whose values stay in the cache while columns are read.
         const BLOCK: usize = 4096;
-        let mut out = vec![[0.0f32; 3]; self.sites];
+        let values = self.scale.values();
         out.par_chunks_mut(BLOCK).enumerate().for_each(|(b, block)| {
             let first = b * BLOCK;
             for (f, l) in scaling.iter().enumerate() {
@@ -123,25 +204,29 @@ impl Transport {
                 let from = column.partition_point(|e| (e >> 8) < first as u32);
                 let l = l.map(|l| l * self.steps[k]);
                 for e in column[from..].iter().take_while(|e| (**e >> 8) < end as u32) {
-                    let t = ((e & 255) as i32 - 128) as f32;
+                    let t = values[(e & 255) as usize];
                     let to = &mut block[(e >> 8) as usize - first];
                     (0..3).for_each(|c| to[c] += l[c] * t);
                 }
             }
         });
-        out
+    }
+
+    /// Bytes of the numbers.
+    pub fn bytes(&self) -> usize {
+        4 * (self.scaling.len() + self.starts.len() + self.steps.len() + self.entries.len())
     }
 }
 
 impl Part for Transport {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         let name = |n: &str| format!("{prefix}.{n}");
-        let columns = self.steps.len();
-        put_f32(to, name("normals"), vec![self.sites, 3], self.normals.concat());
-        put_f32(to, name("scaling"), vec![6, self.sites], self.scaling.clone());
-        put_f32(to, name("steps"), vec![columns], self.steps.clone());
-        put_f32(to, name("norms"), vec![columns], self.norms.clone());
-        for (n, v) in [("starts", &self.starts), ("entries", &self.entries)] {
+        let Columns { sites, scaling, starts, steps, entries, .. } = &self.columns;
+        put_f32(to, name("normals"), vec![*sites, 3], self.normals.concat());
+        put_f32(to, name("scaling"), vec![6, *sites], scaling.clone());
+        put_f32(to, name("steps"), vec![steps.len()], steps.clone());
+        put_f32(to, name("norms"), vec![steps.len()], self.norms.clone());
+        for (n, v) in [("starts", starts), ("entries", entries)] {
             let tensor = Tensor { shape: vec![v.len()], data: TensorData::U32(v.clone()) };
             to.tensors.insert(name(n), tensor);
         }
@@ -182,15 +267,11 @@ impl Part for Transport {
             }
         }
         let reflected = PerSite::load(from, &name("reflected"))?;
-        Ok(Self { side, sites, normals, scaling, starts, steps, norms, entries, reflected })
+        let columns = Columns { sites, scaling, starts, steps, entries, scale: Scale::Even };
+        Ok(Self { side, normals, columns, norms, reflected })
     }
 
     fn bytes(&self) -> usize {
-        let numbers = 3 * self.normals.len()
-            + self.scaling.len()
-            + self.starts.len()
-            + self.steps.len()
-            + self.norms.len();
-        4 * (numbers + self.entries.len()) + self.reflected.bytes()
+        4 * (3 * self.normals.len() + self.norms.len()) + self.columns.bytes() + self.reflected.bytes()
     }
 }

@@ -9,7 +9,7 @@ use steradian_sphere::sampling::Pcg32;
 /// Side of the coarse cube, whose every texel gets a ray.
 const COARSE: usize = 16;
 /// Rays of a texel of the finest cube whose neighbours differ.
-const EDGE: usize = 4;
+pub const EDGE: usize = 4;
 
 /// The cubes from coarse to fine.
 pub struct Pyramid {
@@ -48,19 +48,17 @@ impl Pyramid {
         &self.levels[self.levels.len() - 1].0
     }
 
-    /// (1/π) ∫ (1 − V) (n·w)₊ dw over each texel of the finest cube, for rays from `origin`; deterministic
-    /// for a given seed. Returns Σ ((1/π) ∫ (n·w)₊ dw)², the squared length that the vector would have if all
-    /// were blocked.
-    pub fn look(
+    /// The open part of each texel of the finest cube, in quarters, for rays from `origin`; texels below the
+    /// horizon about `n` count as open. Deterministic for a given seed.
+    pub fn see<'s>(
         &self,
         bvh: &Bvh,
         origin: Vec3,
         n: Vec3,
         seed: u64,
-        scratch: &mut Scratch,
-        out: &mut [f32],
-    ) -> f64 {
-        let Scratch { coarse, fine, cells, rays, hits, weights } = scratch;
+        scratch: &'s mut Scratch,
+    ) -> &'s [f32] {
+        let Scratch { coarse, fine, cells, rays, hits, .. } = scratch;
         let mut random = Pcg32::new(seed, 0);
         let mut point = || [random.next_f64() as f32, random.next_f64() as f32];
         for (k, (level, steps)) in self.levels.iter().enumerate() {
@@ -122,6 +120,25 @@ impl Pyramid {
             let own = &mut coarse[*c as usize];
             *own = (*own + open) / EDGE as f32;
         }
+        coarse
+    }
+
+    /// (1/π) ∫ (1 − V) (n·w)₊ dw over each texel of the finest cube, for rays from `origin`; deterministic
+    /// for a given seed. Returns Σ ((1/π) ∫ (n·w)₊ dw)², the squared length that the vector would have if all
+    /// were blocked.
+    pub fn look(
+        &self,
+        bvh: &Bvh,
+        origin: Vec3,
+        n: Vec3,
+        seed: u64,
+        scratch: &mut Scratch,
+        out: &mut [f32],
+    ) -> f64 {
+        self.see(bvh, origin, n, seed, scratch);
+        let Scratch { coarse, weights, .. } = scratch;
+        let level = &self.levels[self.levels.len() - 1].0;
+        let reach = reach(level.side);
         weights.clear();
         weights
             .extend(level.centre.iter().zip(&level.omega).map(|(d, omega)| cosine(d.dot(n), reach) * omega));
@@ -136,7 +153,7 @@ impl Pyramid {
 }
 
 /// Distance, about half a texel's side, over which the cosine varies around a texel's centre.
-fn reach(side: usize) -> f32 {
+pub fn reach(side: usize) -> f32 {
     1.0 / side as f32
 }
 

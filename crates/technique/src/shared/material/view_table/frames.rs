@@ -56,6 +56,12 @@ impl SiteFrames {
         [&self.n, &self.t].map(|v| Vec3::new(v[0][k], v[1][k], v[2][k]))
     }
 
+    /// Position of a site, metres.
+    pub fn position(&self, k: usize) -> Vec3 {
+        let p = &self.p;
+        Vec3::new(p[0][k], p[1][k], p[2][k])
+    }
+
     /// Normals and tangents, six numbers a site, for GPUs.
     pub fn numbers(&self) -> Vec<f32> {
         (0..self.len()).flat_map(|k| self.at(k).map(|v| v.to_array())).flatten().collect()
