@@ -204,6 +204,7 @@ pub(crate) fn upload_table(gpu: &Gpu, table: &Table) -> wgpu::Texture {
         format: match table.format {
             Format::Rg32Float => wgpu::TextureFormat::Rg32Float,
             Format::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
+            Format::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,
         },
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],

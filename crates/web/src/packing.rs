@@ -51,14 +51,12 @@ const UNSEEN: u32 = 3;
 fn texture_to(
     data: &mut Data,
     what: &str,
-    [width, height, layers]: [usize; 3],
+    size: [usize; 3],
     channels: usize,
     floats: &[f32],
     bits: u32,
 ) -> Result<Value, WebError> {
-    if width.max(height) > SIDE.max(8192) || layers > LAYERS {
-        return Err(WebError::TooLarge(format!("{what}, which has {width} x {height} x {layers} texels")));
-    }
+    check_size(what, size)?;
     let largest = floats.iter().fold(0.0f32, |m, x| m.max(x.abs()));
     let halves = channels == 4 && (SMALLEST..=LARGEST).contains(&largest);
     let (format, place) = if halves {
@@ -73,7 +71,15 @@ fn texture_to(
         };
         (name, data.push(&packed::bytes(floats), 4 * channels))
     };
-    Ok(json!({"format": format, "size": [width, height, layers], "data": place.json()}))
+    Ok(json!({"format": format, "size": size, "data": place.json()}))
+}
+
+/// Refuses textures that some devices lack room for.
+fn check_size(what: &str, [width, height, layers]: [usize; 3]) -> Result<(), WebError> {
+    if width.max(height) > SIDE.max(8192) || layers > LAYERS {
+        return Err(WebError::TooLarge(format!("{what}, which has {width} x {height} x {layers} texels")));
+    }
+    Ok(())
 }
 
 /// The bits of `x`, rounded to a multiple of 2^`bits` of its last place, and finite.
@@ -170,13 +176,13 @@ fn table(data: &mut Data, slug: &str, t: &Table) -> Result<Value, WebError> {
 }
 
 fn table_to(data: &mut Data, what: &str, t: &Table, bits: u32) -> Result<Value, WebError> {
-    let floats: Vec<f32> = t.level.bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
-    let channels = match t.format {
-        Format::Rg32Float => 2,
-        Format::Rgba32Float => 4,
-    };
     let size = [t.level.width, t.level.height, t.level.layers];
-    texture_to(data, what, size, channels, &floats, bits)
+    if t.format == Format::Rgba8Unorm {
+        check_size(what, size)?;
+        let place = data.push(&t.level.bytes, 4);
+        return Ok(json!({"format": "rgba8unorm", "size": size, "data": place.json()}));
+    }
+    texture_to(data, what, size, t.channels(), &t.numbers(), bits)
 }
 
 fn buffer(data: &mut Data, slug: &str, b: &Buffer) -> Result<Value, WebError> {

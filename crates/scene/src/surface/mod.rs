@@ -5,10 +5,12 @@
 mod maps;
 mod normal_map;
 mod planes;
+mod taps;
 mod texture;
 
 pub use maps::{Colours, NormalFiltering, SurfaceMaps, alpha2};
 pub use normal_map::{NormalMap, Normals};
 pub use planes::Planes;
 pub use steradian_formats::mesh::Wrap;
+pub use taps::{Patch, Tap};
 pub use texture::Texture;

@@ -160,7 +160,7 @@ impl Level {
 }
 
 /// The two texels of `n` about coordinate `u`, and the weight of the second.
-fn columns(u: f32, n: usize, wrap: Wrap) -> (usize, usize, f32) {
+pub(super) fn columns(u: f32, n: usize, wrap: Wrap) -> (usize, usize, f32) {
     let u = if u.is_finite() { u } else { 0.0 };
     let folded = match wrap {
         Wrap::Repeat => u - u.floor(),

@@ -52,11 +52,7 @@ fn shape(s: &Shape) -> String {
 
 /// R G B A; channels that the format lacks are 0, alpha 1.
 fn expand(t: &Table) -> Vec<f32> {
-    let channels = match t.format {
-        Format::Rg32Float => 2,
-        Format::Rgba32Float => 4,
-    };
-    let values: Vec<f32> = t.level.bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    let (channels, values) = (t.channels(), t.numbers());
     if channels == 4 {
         return values;
     }

@@ -17,7 +17,7 @@ pub fn functions(technique: &GpuTechnique, storage: Storage) -> String {
         (any(|s| matches!(s, Shape::Plane | Shape::PlaneStack)), PLANE),
         (any(|s| *s == Shape::GlobeStack), GLOBE),
         (any(|s| *s == Shape::Line), LINE),
-        (any(|s| matches!(s, Shape::Texture { .. })), TEXTURE),
+        (any(|s| matches!(s, Shape::Texture { .. } | Shape::Patch(_))), TEXTURE),
         (any(|s| matches!(s, Shape::EdgeCubeChain(_) | Shape::CubeStack | Shape::PlaneStack)), BETWEEN),
     ];
     let mut out: String = shared.iter().filter(|s| s.0).map(|s| s.1).collect();
@@ -54,6 +54,17 @@ fn table(t: &Table) -> String {
             let shape = format!("vec3<u32>({levels}u, {rows}u, {wrap}u)");
             let value = format!("texture_texels(table_{name}, uv, footprint, k, {shape})");
             one("uv: vec2<f32>, footprint: f32, k: u32", "vec4<f32>", value)
+        }
+        Shape::Patch([columns, rows, levels, wrap]) => {
+            let place = format!("vec2<u32>(i % {ROW}u, i / {ROW}u)");
+            let shape = format!("vec4<u32>({columns}u, {rows}u, {levels}u, {wrap}u)");
+            one("i: u32, k: u32", "vec4<f32>", format!("textureLoad(table_{name}, {place}, k, 0)"))
+                + &format!(
+                    "fn taps_{name}(uv: vec2<f32>, footprint: f32) -> array<TextureTap, 8> {{
+    return texture_taps(uv, footprint, {shape});
+}}
+"
+                )
         }
         Shape::Texels => {
             let place = format!("vec2<u32>(i % {ROW}u, i / {ROW}u)");

@@ -16,6 +16,7 @@ pub use fetch::ROW;
 pub use light::{Kernel, LightCube, LightTables};
 pub use reflectance::{cells, own_reflectance};
 use std::borrow::Cow;
+use steradian_scene::surface::Wrap;
 pub use wgsl::{Binding, LOBE, SITE, bindings, library, library_of, module};
 
 /// Where shaders find data per site.
@@ -131,6 +132,12 @@ pub enum Shape {
     },
     /// Entries one after the other, in rows of [`ROW`]: `fetch_NAME(i: u32) -> vec4<f32>` of entry i.
     Texels,
+    /// Texels of a surface that are decoded before they are averaged, those of all levels one after the other
+    /// ([`steradian_scene::surface::Patch`]) in rows of [`ROW`], a layer for each word: `fetch_NAME(i: u32, k:
+    /// u32) -> vec4<f32>` is word k of texel i, and `taps_NAME(uv: vec2<f32>, footprint: f32) ->
+    /// array<TextureTap, 8>` are the texels, and their weights, that a square of side `footprint` in texture
+    /// coordinates averages. Columns, rows, levels, and the wrap modes as in [`Shape::Texture`].
+    Patch([u32; 4]),
 }
 
 impl Shape {
@@ -147,6 +154,8 @@ pub enum Format {
     Rg32Float,
     /// Four f32.
     Rgba32Float,
+    /// Four bytes, each over 255.
+    Rgba8Unorm,
 }
 
 impl Format {
@@ -155,7 +164,32 @@ impl Format {
         match self {
             Self::Rg32Float => 8,
             Self::Rgba32Float => 16,
+            Self::Rgba8Unorm => 4,
         }
+    }
+}
+
+impl Table {
+    /// Numbers of a texel.
+    pub fn channels(&self) -> usize {
+        if self.format == Format::Rg32Float { 2 } else { 4 }
+    }
+
+    /// The numbers of all texels as shaders read them.
+    pub fn numbers(&self) -> Vec<f32> {
+        match self.format {
+            Format::Rgba8Unorm => self.level.bytes.iter().map(|b| f32::from(*b) / 255.0).collect(),
+            _ => self.level.bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect(),
+        }
+    }
+}
+
+/// A wrap mode in [`Shape::Texture`] and [`Shape::Patch`].
+pub fn wrap_word(wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
     }
 }
 

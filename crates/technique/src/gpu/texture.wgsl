@@ -52,3 +52,40 @@ fn texture_texels(image: texture_2d_array<f32>, uv: vec2<f32>, footprint: f32, l
     let b = texture_level(image, uv, u32(min(low + 1.0, last)), layer, shape);
     return mix(a, b, lod - low);
 }
+
+// A texel in the order of all levels, the finest first, and its weight.
+struct TextureTap {
+    texel: u32,
+    weight: f32,
+}
+
+// The texels of one level. `shape`: columns and rows of the finest, number of levels, wrap modes.
+fn texture_four(uv: vec2<f32>, level: u32, weight: f32, shape: vec4<u32>) -> array<TextureTap, 4> {
+    var first = 0u;
+    var size = shape.xy;
+    for (var k = 0u; k < level; k++) {
+        first += size.x * size.y;
+        size = max(size / 2u, vec2<u32>(1u));
+    }
+    let x = texture_columns(uv.x, i32(size.x), shape.w & 3u);
+    let y = texture_columns(uv.y, i32(size.y), (shape.w >> 2u) & 3u);
+    let above = first + u32(y.first) * size.x;
+    let below = first + u32(y.second) * size.x;
+    return array<TextureTap, 4>(
+        TextureTap(above + u32(x.first), weight * (1.0 - x.weight) * (1.0 - y.weight)),
+        TextureTap(above + u32(x.second), weight * x.weight * (1.0 - y.weight)),
+        TextureTap(below + u32(x.first), weight * (1.0 - x.weight) * y.weight),
+        TextureTap(below + u32(x.second), weight * x.weight * y.weight),
+    );
+}
+
+// The texels that a square of side `footprint` averages: the twin of scene::surface::Patch::taps.
+fn texture_taps(uv: vec2<f32>, footprint: f32, shape: vec4<u32>) -> array<TextureTap, 8> {
+    let last = f32(shape.z - 1u);
+    let lod = clamp(log2(max(footprint * f32(max(shape.x, shape.y)), 1.0)), 0.0, last);
+    let low = floor(lod);
+    let t = lod - low;
+    let a = texture_four(uv, u32(low), 1.0 - t, shape);
+    let b = texture_four(uv, u32(min(low + 1.0, last)), t, shape);
+    return array<TextureTap, 8>(a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]);
+}

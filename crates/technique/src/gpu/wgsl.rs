@@ -134,6 +134,7 @@ mod tests {
             ("line", Shape::Line, "fetch_line(n.x).rgb"),
             ("texture", Shape::Texture { levels: 2, rows: 1, wrap: 6 }, "fetch_texture(n.xy, 0.5, 1u).rgb"),
             ("texels", Shape::Texels, "fetch_texels(1u).rgb"),
+            ("patch", Shape::Patch([3, 2, 2, 6]), "fetch_patch(taps_patch(n.xy, 0.5)[5].texel, 1u).rgb"),
         ];
         let sum: Vec<_> = shapes.iter().map(|s| s.2).collect();
         let sum = sum.join(" + ");

@@ -422,7 +422,7 @@ impl<T: TexturedTechnique> LocalBake for LocalBaked<T> {
             let why = "interpolates between the corners of triangles: it needs a mesh with normals".into();
             return Err(BakeError::Geometry { slug, why });
         }
-        if let (false, Some(mesh)) = (self.material.textures.is_empty(), frame.mesh)
+        if let (true, Some(mesh)) = (self.is_textured(), frame.mesh)
             && (mesh.uvs.len() != mesh.positions.len() || mesh.tangents.len() != mesh.positions.len())
         {
             let why = "has data per texel: it needs a mesh with texture coordinates and tangents".into();

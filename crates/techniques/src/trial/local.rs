@@ -37,7 +37,12 @@ pub fn single(d: DVec3) -> [f32; 3] {
 
 /// A local technique's bake of a reflectance and textures.
 pub fn bake(slug: &str, spec: &str, textures: Planes) -> Box<dyn LocalBake> {
+    bake_with(slug, spec, textures, &[])
+}
+
+/// [`bake`] with parameters.
+pub fn bake_with(slug: &str, spec: &str, textures: Planes, params: &[(&str, f64)]) -> Box<dyn LocalBake> {
     let t = find_local(slug).expect("a technique");
     let material = Material::new(steradian_brdf::parse(spec).expect("a spec")).with_textures(textures);
-    t.bake(&material, None, &Default::default(), &Task::quiet()).expect("bakes")
+    t.bake(&material, None, &params.iter().copied().collect(), &Task::quiet()).expect("bakes")
 }

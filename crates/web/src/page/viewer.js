@@ -53,7 +53,7 @@ const steradian = (() => {
     return out;
   }
 
-  const TEXEL = { rgba16float: 8, rgba32float: 16, rg32float: 8, r32float: 4, r32uint: 4 };
+  const TEXEL = { rgba16float: 8, rgba32float: 16, rg32float: 8, rgba8unorm: 4, r32float: 4, r32uint: 4 };
 
   // ---------------------------------------------------------------------------------------------- vectors
   const add = (a, b, s = 1) => a.map((x, i) => x + s * b[i]);

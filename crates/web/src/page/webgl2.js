@@ -24,6 +24,7 @@ steradian.WebGL2 = class {
       rgba16float: [gl.RGBA16F, gl.RGBA, gl.HALF_FLOAT, Uint16Array],
       rgba32float: [gl.RGBA32F, gl.RGBA, gl.FLOAT, Float32Array],
       rg32float: [gl.RG32F, gl.RG, gl.FLOAT, Float32Array],
+      rgba8unorm: [gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, Uint8Array],
       r32float: [gl.R32F, gl.RED, gl.FLOAT, Float32Array],
       r32uint: [gl.R32UI, gl.RED_INTEGER, gl.UNSIGNED_INT, Uint32Array],
     }[format];

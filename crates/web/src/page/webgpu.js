@@ -25,7 +25,7 @@ steradian.WebGPU = class {
   }
 
   texture({ format, size }, bytes, layers) {
-    const [width, height, n] = size, texel = { rgba16float: 8, rgba32float: 16, rg32float: 8, r32float: 4, r32uint: 4 }[format];
+    const [width, height, n] = size, texel = { rgba16float: 8, rgba32float: 16, rg32float: 8, rgba8unorm: 4, r32float: 4, r32uint: 4 }[format];
     const texture = this.device.createTexture({
       size: [width, height, n], format, usage: GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST,
     });

@@ -1,6 +1,6 @@
 //! A reflectance whose numbers differ from texel to texel, as direct evaluation needs it.
 
-use super::cosine_lobes::{self, CosineLobes};
+use super::cosine_lobes::{self, Averages};
 use crate::Material;
 use crate::shared::material::view_table;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ pub struct TexelReflectance(Numbers);
 
 #[derive(Debug, Clone)]
 enum Numbers {
-    Lobes(CosineLobes),
+    Lobes(Averages),
     Widths(SharedBrdf, Arc<Texture>),
 }
 
@@ -22,7 +22,7 @@ impl TexelReflectance {
     pub fn of(m: &Material) -> Option<Self> {
         let lobes = cosine_lobes::PLANES.iter().any(|p| m.textures.has(p.name));
         if let (true, Some(own)) = (lobes, cosine_lobes::lobes_of(&*m.brdf)) {
-            return Some(Self(Numbers::Lobes(CosineLobes::new(own.kd, &own.lobes, &m.textures))));
+            return Some(Self(Numbers::Lobes(Averages::new(own.kd, &own.lobes, &m.textures))));
         }
         let widths = m.textures.get(view_table::PLANE)?;
         Some(Self(Numbers::Widths(m.brdf.clone(), widths.clone())))

@@ -1,9 +1,9 @@
 //! Data per texel of a surface: textures of one size, looked up at texture coordinates on the CPU and as one
 //! table of a GPU.
 
-use crate::gpu::{Format, Level, Shape, Table};
+use crate::gpu::{Format, Level, Shape, Table, wrap_word};
 use std::sync::Arc;
-use steradian_scene::surface::{Texture, Wrap};
+use steradian_scene::surface::{Patch, Texture, Wrap};
 
 /// Textures of one size with their levels: three numbers a texel each.
 #[derive(Debug, Clone)]
@@ -57,6 +57,17 @@ impl Texels {
         self.0.first().map_or([Wrap::Repeat; 2], |t| t.wrap())
     }
 
+    /// Of each texture the texels of all levels, one after the other.
+    pub fn layers(&self) -> impl Iterator<Item = Vec<[f32; 3]>> {
+        self.0.iter().map(|t| t.levels().flat_map(|l| l.2.iter().copied()).collect())
+    }
+
+    /// How texels of all levels lie one after the other.
+    pub fn patch(&self) -> Patch {
+        let (width, height) = self.size();
+        Patch::new(width, height, self.wrap()).unwrap_or_else(|| unreachable!("textures have texels"))
+    }
+
     /// Bytes on a GPU, which has four numbers for three.
     pub fn bytes(&self) -> usize {
         let texels = |t: &Arc<Texture>| t.levels().map(|l| l.2.len()).sum::<usize>();
@@ -66,12 +77,7 @@ impl Texels {
     /// As a GPU table: `fetch_NAME(uv, footprint, k)` is texture k, its w 0.
     pub fn table(&self, name: &'static str) -> Table {
         let (width, rows) = self.size();
-        let word = |w: Wrap| match w {
-            Wrap::Repeat => 0,
-            Wrap::Mirror => 1,
-            Wrap::Clamp => 2u32,
-        };
-        let [u, v] = self.wrap().map(word);
+        let [u, v] = self.wrap().map(wrap_word);
         let levels = self.0.first().map_or(1, |t| t.levels().count());
         let mut height = 0;
         let mut bytes = Vec::with_capacity(self.bytes());

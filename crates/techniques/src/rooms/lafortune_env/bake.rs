@@ -101,7 +101,7 @@ struct Varied {
 
 impl Varied {
     fn of(lobes: &CosineLobes, task: &Task) -> Result<Self, BakeError> {
-        let (width, height) = lobes.texels.size();
+        let (width, height) = lobes.patch.size();
         let side = width.max(height);
         let row = |level: u32, j: usize| {
             let (w, h) = ((width >> level).max(1), (height >> level).max(1));
@@ -321,7 +321,10 @@ pub fn link(
     let maps = LafortuneMaps { chain, diffuse, terms: table, means: means(&stack), factors, ladder };
     let mut report = Report::default();
     report = match &m.varied {
-        Some(v) => report.detail("lobes", v.count as f64).detail("error between maps", between),
+        Some(v) => report
+            .detail("lobes", v.count as f64)
+            .detail("bytes a texel", v.stride() as f64)
+            .detail("error between maps", between),
         None => report.detail("lookups", terms.len() as f64),
     };
     let report = report

@@ -2,12 +2,15 @@
 //! there when a bake is loaded.
 
 use super::LafortuneEnv;
-use crate::shared::surface::cosine_lobes::{CosineLobes, MOST as MOST_VARIED, PLANES, lobes_of};
+use crate::shared::surface::cosine_lobes::{
+    Averages, CosineLobes, MOST as MOST_VARIED, PLANES, Storage, TOLERANCE, Widths, lobes_of,
+};
 use crate::shared::surface::kept;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part, Technique};
 use glam::DVec3;
 use std::sync::Arc;
+use steradian_base::Task;
 use steradian_brdf::model::lafortune::{Cosine, Lafortune};
 use steradian_brdf::{Brdf, SharedBrdf, spec_without_folders};
 use steradian_scene::surface::Planes;
@@ -16,6 +19,19 @@ use steradian_scene::surface::Planes;
 const MOST: usize = 64;
 /// Number of texels that certificates use.
 const LOOKED_AT: usize = 64;
+
+/// Key of the metadata that give the bytes of ρ, C and n by texel.
+const BYTES: &str = "lobes.bytes";
+
+fn widths(words: &str) -> Option<Storage> {
+    let bytes: Vec<usize> = words.split(' ').map_while(|w| w.parse().ok()).collect();
+    match bytes[..] {
+        [rho, c, n] if [rho, c, n].iter().all(|b| (1..=3).contains(b)) => {
+            Some(Storage::Of(Widths { rho, c, n }))
+        }
+        _ => None,
+    }
+}
 
 /// Generalised cosine lobes and a diffuse part.
 pub struct Cosines {
@@ -40,7 +56,7 @@ pub struct Term {
 
 impl Cosines {
     /// The material's lobes.
-    pub fn of(m: &Material) -> Result<Self, BakeError> {
+    pub fn of(m: &Material, task: &Task) -> Result<Self, BakeError> {
         let slug = LafortuneEnv::CARD.slug;
         let refuse = |why: String| BakeError::Material { slug, why };
         let own = lobes_of(&*m.brdf).ok_or_else(|| refuse("takes lafortune and lambert only".into()))?;
@@ -49,7 +65,8 @@ impl Cosines {
             let why = format!("varies {MOST_VARIED} lobes at most, not {}", own.lobes.len());
             return Err(refuse(why));
         }
-        let own = Self::new(own, if named { m.textures.clone() } else { Planes::default() });
+        let storage = Storage::Within(task.tolerance().unwrap_or(TOLERANCE));
+        let own = Self::new(own, if named { m.textures.clone() } else { Planes::default() }, storage);
         let count = own.terms().len();
         if count > MOST {
             return Err(refuse(format!(
@@ -59,8 +76,8 @@ impl Cosines {
         Ok(own)
     }
 
-    fn new(own: Lafortune, planes: Planes) -> Self {
-        let varied = (!planes.is_empty()).then(|| CosineLobes::new(own.kd, &own.lobes, &planes));
+    fn new(own: Lafortune, planes: Planes, storage: Storage) -> Self {
+        let varied = (!planes.is_empty()).then(|| CosineLobes::new(own.kd, &own.lobes, &planes, storage));
         Self { own, varied, planes }
     }
 
@@ -69,10 +86,12 @@ impl Cosines {
         self.planes.has(name)
     }
 
-    /// Texture coordinates of some texels' centres, spread over the images, and the reflectance there.
+    /// Texture coordinates of some texels' centres, spread over the images, and the reflectance there with
+    /// the numbers of the images.
     pub fn looked_at(&self) -> Option<Vec<([f32; 2], SharedBrdf)>> {
-        let varied = self.varied.as_ref()?;
-        let (width, height) = varied.texels.size();
+        self.varied.as_ref()?;
+        let varied = Averages::new(self.own.kd, &self.own.lobes, &self.planes);
+        let (width, height) = varied.size();
         let at = |k: usize| {
             let u = |by: f64, n: usize| (((k as f64 * by + 0.5).fract() * n as f64).floor() + 0.5) / n as f64;
             let uv = [u(0.754_877_666, width), u(0.569_840_291, height)].map(|x| x as f32);
@@ -108,6 +127,9 @@ impl Part for Cosines {
         let lobes = self.own.lobes.iter().flatten().flat_map(cosine).collect();
         put_f64(to, format!("{prefix}.lobes"), vec![self.own.lobes.len(), 3, 5], lobes);
         put_f64(to, format!("{prefix}.kd"), vec![3], self.own.kd.to_vec());
+        if let Some(Widths { rho, c, n }) = self.varied.as_ref().map(|v| v.widths) {
+            to.metadata.insert(format!("steradian.{prefix}.{BYTES}"), format!("{rho} {c} {n}"));
+        }
         kept::put(to, &format!("{prefix}.plane."), &self.planes);
     }
 
@@ -136,7 +158,12 @@ impl Part for Cosines {
         if !planes.is_empty() && lobes.len() > MOST_VARIED {
             return Err(PartError::Unexpected(format!("{prefix}.lobes")));
         }
-        Ok(Self::new(Lafortune { spec, kd, lobes }, planes))
+        let key = format!("steradian.{prefix}.{BYTES}");
+        let storage = match from.metadata.get(&key) {
+            Some(words) => widths(words).ok_or(PartError::Unexpected(key))?,
+            None => Storage::Within(TOLERANCE),
+        };
+        Ok(Self::new(Lafortune { spec, kd, lobes }, planes, storage))
     }
 
     fn bytes(&self) -> usize {

@@ -105,9 +105,9 @@ impl Technique for LafortuneEnv {
         DistantLight::bake(Self::CARD.slug, l, ORDER, task)
     }
 
-    fn material(m: &Material, p: &Params, _: &Task) -> Result<Cosines, BakeError> {
+    fn material(m: &Material, p: &Params, task: &Task) -> Result<Cosines, BakeError> {
         p.check_read(m)?;
-        Cosines::of(m)
+        Cosines::of(m, task)
     }
 
     fn transfer(_: Option<&Geometry>, _: &Cosines, _: &Params, _: &Task) -> Result<(), BakeError> {
@@ -136,7 +136,7 @@ impl Technique for LafortuneEnv {
     }
 
     fn bytes(b: &Bake<Self>) -> usize {
-        b.linked.bytes() + b.material.varied.as_ref().map_or(0, |v| v.texels.bytes())
+        b.linked.bytes() + b.material.varied.as_ref().map_or(0, |v| v.bytes())
     }
 
     fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {

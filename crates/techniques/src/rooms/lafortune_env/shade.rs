@@ -5,7 +5,7 @@ use super::bake::{COLUMNS, LafortuneMaps, STRIDE};
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::maths::vector::{cross, dot, tangent};
-use crate::shared::surface::cosine_lobes::{CosineLobes, Lobe, Texel, WGSL};
+use crate::shared::surface::cosine_lobes::{CosineLobes, Lobe, Texel};
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::TAU;
@@ -162,11 +162,13 @@ pub(super) fn shade_texels(
 
 pub(super) fn gpu_texels(m: &LafortuneMaps, lobes: &CosineLobes, turn: &LightRotation) -> GpuTechnique {
     let mut technique = gpu(m, turn);
-    technique.modules.push(WGSL.into());
+    let text = lobes.text("lobes");
+    technique.modules.push(text.module.into());
     technique.modules.push(include_str!("texels.wgsl").into());
     technique.entry = Entry::SITE;
-    technique.tables.push(lobes.texels.table("lobes"));
-    let numbers = [m.ladder[0], m.ladder[1], m.chain.last(), lobes.count as f32];
+    technique.tables.push(text.table);
+    technique.uniforms.extend(text.uniforms);
+    let numbers = [m.ladder[0], m.ladder[1], m.chain.last(), 0.0];
     technique.uniforms.push(Uniform { name: "ladder", value: Value::Vec4(numbers) });
     technique
 }

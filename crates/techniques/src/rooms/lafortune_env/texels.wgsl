@@ -20,17 +20,10 @@ fn shade_site(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site: Sit
     }
     let axes = mat3x3<f32>(t, cross(n, t), n);
     let local = vec3<f32>(dot(wo, axes[0]), dot(wo, axes[1]), cos_o);
-    var sum = fetch_lobes(site.uv, site.footprint, 0u).rgb * 0.31830987 * fetch_irradiance(technique.turn * n);
-    for (var k = 0u; k < u32(technique.ladder.w); k++) {
-        let first = 1u + 6u * k;
-        let lobe = cosine_lobe(
-            fetch_lobes(site.uv, site.footprint, first).rgb,
-            fetch_lobes(site.uv, site.footprint, first + 1u).rgb,
-            fetch_lobes(site.uv, site.footprint, first + 2u).rgb,
-            fetch_lobes(site.uv, site.footprint, first + 3u).rgb,
-            fetch_lobes(site.uv, site.footprint, first + 4u).rgb,
-            fetch_lobes(site.uv, site.footprint, first + 5u).rgb,
-        );
+    var texel = cosine_lobes(site.uv, site.footprint);
+    var sum = texel.rho_d * 0.31830987 * fetch_irradiance(technique.turn * n);
+    for (var k = 0u; k < cosine_count(); k++) {
+        let lobe = texel.lobes[k];
         if lobe_alike(lobe) {
             let c = vec3<f32>(lobe.x.x, lobe.y.x, lobe.z.x) * local;
             sum += lobe_of(axes, c, lobe.n.x, cos_o, lobe.rho);

@@ -1,17 +1,16 @@
 //! The numbers of the lobes by texel.
 
-use super::shade;
-use crate::local::{FileName, Place, error_at, texel};
-use crate::shared::surface::cosine_lobes::{CosineLobes, LAYERS, lobes_of};
+use crate::local::FileName;
+use crate::shared::surface::cosine_lobes::{Averages, CosineLobes, Storage, TOLERANCE, Widths, lobes_of};
 use crate::{BakeError, Material};
-use glam::DVec3;
-use std::f64::consts::PI;
-use steradian_base::{ParamInfo, params};
+use steradian_base::{ParamInfo, Task, params};
 
 params! {
     /// The parameters.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
+        /// Bits of a number; as few as the tolerance allows where `None`.
+        pub bits: Option<usize> = ParamInfo::whole("bits", [8.0, 24.0], 0.0, "bits in which each number of a texel is stored, rounded up to 8, 16 or 24; auto: 8, or 16 for C or for all, or 24, as few as keep the error of f cos at the texels to the tolerance or 1 %").auto(0.0),
         /// Albedo of the diffuse part.
         pub rho_d: Option<FileName> = ParamInfo::file("rho_d", "image of the diffuse albedo; auto: that of the reflectance").auto(f64::NAN),
         /// Factor of the first lobe.
@@ -29,32 +28,23 @@ params! {
     }
 }
 
-pub(super) fn bake(m: &Material) -> Result<CosineLobes, BakeError> {
+pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<CosineLobes, BakeError> {
+    let storage = match p.bits {
+        Some(bits) => Storage::Of(Widths::all(bits.div_ceil(8))),
+        None => Storage::Within(task.tolerance().unwrap_or(TOLERANCE)),
+    };
+    Ok(CosineLobes::of(&averages(m)?, storage))
+}
+
+/// The numbers as the images have them.
+fn averages(m: &Material) -> Result<Averages, BakeError> {
     let refuse =
         || BakeError::Material { slug: "lafortune_svbrdf", why: "takes lafortune and lambert only".into() };
     let own = lobes_of(&*m.brdf).ok_or_else(refuse)?;
-    Ok(CosineLobes::new(own.kd, &own.lobes, &m.textures))
+    Ok(Averages::new(own.kd, &own.lobes, &m.textures))
 }
 
-/// Against the equation at the texels themselves.
+/// Against the equation with the numbers of the images, at texels.
 pub(super) fn error(t: &CosineLobes, m: &Material) -> f64 {
-    let size = t.texels.size();
-    let exact = |at: Place, wi: DVec3, wo: DVec3| {
-        let layer = |k: usize| t.texels.sample(k, at.uv, 0.0).map(f64::from);
-        let mut f = layer(0).map(|x| x / PI);
-        for k in 0..t.count {
-            let [rho, x, y, z, s, _] = std::array::from_fn(|j| layer(1 + LAYERS * k + j));
-            for c in (0..3).filter(|c| rho[*c] > 0.0) {
-                let cosine = (x[c] * wo.x * wi.x + y[c] * wo.y * wi.y + z[c] * wo.z * wi.z) / rho[c];
-                f[c] += if cosine > 0.0 { rho[c] * cosine.powf(rho[c] / s[c]) } else { 0.0 };
-            }
-        }
-        f.map(|f| f * wi.z)
-    };
-    error_at(
-        &*m.brdf,
-        |k| texel(k, size).0,
-        exact,
-        |at, wi, wo| shade::f_cos(t, &t.at(at.uv, at.footprint), wi, wo),
-    )
+    averages(m).map_or(f64::NAN, |exact| t.error(&exact))
 }

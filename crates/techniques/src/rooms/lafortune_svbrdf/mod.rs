@@ -6,8 +6,8 @@
 //!
 //! > L_o = Σ_l E_l (n·l)₊ (ρ_d/π + Σ_k ρ_k ((C_k ∘ v)·l)₊^n_k)
 //!
-//! ρ_d, ρ_k, C_k and n_k by texel, up to four lobes; C = (−1, −1, 1) is Phong's lobe. Nothing is approximated
-//! at the texels. Under a footprint, where C and n do not average, levels hold means of C, |C|² and 1/n, the
+//! ρ_d, ρ_k, C_k and n_k by texel, up to four lobes; C = (−1, −1, 1) is Phong's lobe. At the texels they are
+//! right to integers of `bits` between the least and the largest of each number. Under a footprint, where C and n do not average, levels hold means of C, |C|² and 1/n, the
 //! lobe's variance across its axis, weighed with the largest value ρ max|C|ⁿ of each texel's lobe, about axes
 //! of max|C| = 1: the length of C is the root of the mean of |C|², its direction that of the mean, and what
 //! the directions scatter, 1 − |E\[C\]|²/E\[|C|²\], half of it each way, adds to 1/n, with ρ scaled so that
@@ -22,6 +22,7 @@ mod tests;
 use crate::local::{self, LocalText, Place, Plane, TexturedTechnique};
 use crate::shared::surface::cosine_lobes::{CosineLobes, MOST, PLANES, Texel, lobes_of};
 use crate::shared::trials::lights;
+use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::Params;
 use steradian_base::Task;
@@ -84,16 +85,36 @@ impl TexturedTechnique for LafortuneSvbrdf {
     type Tables = CosineLobes;
     type Texel = Texel;
 
-    fn bake(m: &Material, _: &Params, _: &Task) -> Result<CosineLobes, BakeError> {
-        bake::bake(m)
+    fn bake(m: &Material, p: &Params, task: &Task) -> Result<CosineLobes, BakeError> {
+        bake::bake(m, p, task)
     }
 
     fn details(t: &CosineLobes) -> Vec<(&'static str, f64)> {
-        vec![("lobes", t.count as f64)]
+        let bits = |bytes: usize| (8 * bytes) as f64;
+        vec![
+            ("lobes", t.count as f64),
+            ("bytes a texel", t.stride() as f64),
+            ("bits of rho", bits(t.widths.rho)),
+            ("bits of C", bits(t.widths.c)),
+            ("bits of n", bits(t.widths.n)),
+        ]
     }
 
     fn bytes(t: &CosineLobes) -> usize {
-        t.texels.bytes()
+        t.bytes()
+    }
+
+    fn save(t: &CosineLobes, to: &mut TensorFile) -> bool {
+        t.save(to);
+        true
+    }
+
+    fn load(from: &TensorFile) -> Result<Option<CosineLobes>, PartError> {
+        CosineLobes::load(from)
+    }
+
+    fn varies(t: &CosineLobes) -> bool {
+        t.patch.texels() > 1
     }
 
     fn error(t: &CosineLobes, m: &Material) -> f64 {
@@ -107,7 +128,7 @@ impl TexturedTechnique for LafortuneSvbrdf {
 
     #[inline(always)]
     fn f_cos(t: &CosineLobes, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
-        shade::f_cos(t, x, wi, wo)
+        x.f_cos(t.count, wi, wo)
     }
 
     fn text(t: &CosineLobes) -> Option<LocalText> {
