@@ -294,7 +294,7 @@ mod tests {
     }
 
     fn same(a: &Lobe, b: &Lobe, within: f64) -> bool {
-        let rho = a.rho.iter().zip(b.rho).all(|(a, b)| (a - b).abs() < within * (0.1 + b));
+        let rho = a.rho.iter().zip(b.rho).all(|(a, b)| (a - b).abs() < within * b);
         rho && (a.c - b.c).length() < within && (a.n - b.n).abs() < within * b.n
     }
 
@@ -303,7 +303,7 @@ mod tests {
         Texel { rho_d, lobes: lobes.iter().map(lobe).collect(), squares: [0.0; 2] }
     }
 
-    /// Planted lobes come back to 1e-4: Phong's, off-specular, anisotropic and backward ones, and two at
+    /// Planted lobes come back to 1e-4 of each number: Phong's, off-specular, anisotropic and backward ones, and two at
     /// once.
     #[test]
     fn planted_lobes_are_recovered() {
@@ -326,7 +326,10 @@ mod tests {
             for lobe in &planted.lobes {
                 assert!(found.lobes.iter().any(|l| same(l, lobe, 1e-4)), "{lobe:?}: {found:?}");
             }
-            assert!(found.rho_d.iter().zip(planted.rho_d).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?}");
+            assert!(
+                found.rho_d.iter().zip(planted.rho_d).all(|(a, b)| (a - b).abs() < 1e-4 * b),
+                "{found:?}"
+            );
         }
     }
 
@@ -386,12 +389,14 @@ mod tests {
         let found = of_btf(&btf, 1, &|| true).expect("nobody stops it");
         for (x, t) in found.iter().enumerate() {
             assert!(same(&t.lobes[0], &planted(x).lobes[0], 1e-4), "{x}: {t:?}");
+            let off = t.rho_d.iter().zip(planted(x).rho_d).map(|(a, b)| (a - b).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-4, "{x}: {t:?}");
         }
         assert!(error(&found) < 1e-5);
         assert!(of_btf(&btf, 1, &|| false).is_none());
         let matte = Btf::of((1, 1), &all, &all, |_, _, l| [0.5 * all[l].z as f32; 3]).expect("a function");
         let t = &of_btf(&matte, 1, &|| true).expect("nobody stops it")[0];
-        assert!((t.rho_d[0] - 0.5).abs() < 1e-3 && t.squares[0] < 1e-8 * t.squares[1], "{t:?}");
+        assert!((t.rho_d[0] - 0.5).abs() < 1e-4 && t.squares[0] < 1e-8 * t.squares[1], "{t:?}");
         let black = Btf::of((1, 1), &all, &all, |_, _, _| [0.0; 3]).expect("a function");
         let t = &of_btf(&black, 2, &|| true).expect("nobody stops it")[0];
         assert!(t.lobes.iter().all(|l| l.rho == [0.0; 3] && l.c.is_finite() && l.n.is_finite()));

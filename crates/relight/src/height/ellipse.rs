@@ -13,7 +13,7 @@ const AZIMUTHS: usize = 64;
 const ROUNDS: usize = 16;
 /// Residuals whose difference in r² is below this get equal weights.
 const SMALL: f64 = 0.01;
-/// Weight of azimuths without a horizon where the conic reaches beyond the disk.
+/// Least weight of azimuths where the conic reaches beyond the disk.
 const FREE: f64 = 1e-3;
 /// Weight of a unit disk relative to the horizon: it decides only where the horizon does not determine the
 /// conic.
@@ -58,8 +58,10 @@ impl Ellipse {
                 let slope = square + (q[3] * cos + q[4] * sin) / (2.0 * r.max(1e-3));
                 let slope = slope.max(1e-2);
                 let off = (v.iter().zip(q).map(|(v, q)| v * q).sum::<f64>() - 1.0) / slope;
-                // Beyond the unit disk there are no directions: there the conic may go where it likes.
-                let matters = if r >= 1.0 && off < 0.0 { FREE } else { 1.0 };
+                // Beyond the unit disk there are no directions: however far the conic goes, it misses no more
+                // than what lies between the horizon and the disk's edge.
+                let room = (1.0 - r * r) / off.abs().max(1e-12);
+                let matters = if off < 0.0 { room.clamp(FREE, 1.0) } else { 1.0 };
                 let weight = matters * SMALL / (slope * slope * off.abs().max(SMALL));
                 for i in 0..5 {
                     b[i] += weight * v[i];

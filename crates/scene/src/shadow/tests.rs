@@ -4,6 +4,8 @@ use super::*;
 use crate::{Mesh, shapes};
 use glam::Affine3A;
 
+/// Points that maps are compared with rays at.
+const POINTS: usize = 300_000;
 /// Distance of points off the surface.
 const OFFSET: f32 = 1e-4;
 
@@ -52,30 +54,44 @@ const LIGHTS: [LightAt; 4] = [
     LightAt::Near(Vec3::new(0.05, 1.02, 0.1)),
 ];
 
-/// Of points that face the light, the part at which a blocker and rays disagree.
-fn mislit(mesh: &Mesh, bvh: &Bvh, blocker: &dyn Blocker, light: LightAt) -> f32 {
-    let all = points(mesh, light, 20_000);
-    let facing: Vec<_> = all.iter().filter(|(ray, n, _)| ray.direction.dot(*n) > 0.2).collect();
-    assert!(facing.len() > 2000);
-    let wrong = |(ray, n, distance): &&&(Ray, Vec3, f32)| {
-        (blocker.arriving(ray, *n, *distance) > 0.5) != (bvh.arriving(ray, *n, *distance) > 0.5)
-    };
-    facing.iter().filter(wrong).count() as f32 / facing.len() as f32
+/// Points that face a light, and what rays say of them.
+struct Facing(Vec<((Ray, Vec3, f32), bool)>);
+
+impl Facing {
+    fn new(mesh: &Mesh, bvh: &Bvh, light: LightAt) -> Self {
+        let facing =
+            points(mesh, light, POINTS).into_iter().filter(|(ray, n, _)| ray.direction.dot(*n) > 0.2);
+        let all: Vec<_> = facing.map(|p| (p, bvh.arriving(&p.0, p.1, p.2) > 0.5)).collect();
+        assert!(all.len() > POINTS / 10);
+        Self(all)
+    }
+
+    /// The part at which a blocker and rays disagree.
+    fn mislit(&self, blocker: &dyn Blocker) -> f32 {
+        let wrong =
+            |((ray, n, d), lit): &&((Ray, Vec3, f32), bool)| (blocker.arriving(ray, *n, *d) > 0.5) != *lit;
+        self.0.iter().filter(wrong).count() as f32 / self.0.len() as f32
+    }
 }
 
+/// Points lit wrongly are those within a texel or so of an edge of a shadow: half as many with twice the
+/// texels a side. Over two doublings the ratio is 4 within a third, over all three from 5.6 (a lamp within the
+/// knot, a twentieth of it from its surface) to 8.3: the power of the resolution is −0.83 to −1.02.
 #[test]
 fn maps_err_by_half_as_much_with_twice_the_texels() {
     let mesh = scene();
     let bvh = Bvh::build(&mesh);
     for light in LIGHTS {
+        let facing = Facing::new(&mesh, &bvh, light);
         for taps in [1, 3] {
             let errors = [128, 256, 512, 1024].map(|size| {
-                let maps = ShadowMaps::new(&mesh, &bvh, &[light], MapOptions { size, taps });
-                mislit(&mesh, &bvh, &maps, light)
+                facing.mislit(&ShadowMaps::new(&mesh, &bvh, &[light], MapOptions { size, taps }))
             });
-            println!("{light:?}, {taps} taps: {errors:?}");
-            // From eight times the texels an eighth, but for chance.
-            assert!(errors[3] < 0.2 * errors[0] && errors[3] < 0.012, "{light:?}: {errors:?}");
+            let twice = [errors[0] / errors[2], errors[1] / errors[3]];
+            println!("{light:?}, {taps} taps: {errors:?}, of two doublings {twice:.2?}");
+            let all = errors[0] / errors[3];
+            assert!(twice.iter().all(|r| (2.7..5.2).contains(r)), "{light:?}: {errors:?}");
+            assert!((5.3..9.0).contains(&all) && errors[3] < 0.003, "{light:?}: {errors:?}");
         }
     }
 }
@@ -89,7 +105,7 @@ fn maps_over_a_ground_to_the_horizon_are_as_fine() {
     let bvh = Bvh::build(&mesh);
     for light in &LIGHTS[..2] {
         let maps = ShadowMaps::new(&mesh, &bvh, &[*light], MapOptions::default());
-        let error = mislit(&scene(), &bvh, &maps, *light);
+        let error = Facing::new(&scene(), &bvh, *light).mislit(&maps);
         assert!(error < 0.012, "{light:?}: {error}");
     }
 }

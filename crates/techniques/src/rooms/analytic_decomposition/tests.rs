@@ -1,7 +1,7 @@
 use super::shade;
 use super::tables::{Model, Tables, materials, model};
 use glam::DVec3;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_brdf::{Brdf, parse};
 use steradian_sphere::sampling::Pcg32;
 
@@ -48,6 +48,39 @@ fn entries_are_exact() {
             assert!((f64::from(got[0]) / exact - 1.0).abs() < 5e-3, "{spec}: {nl}: {got:?} {exact}");
         }
     }
+}
+
+/// Ashikhmin & Shirley's three tables at their entries, by the formulas of the paper: eqs 4 and 5 without F,
+/// h·l and the larger cosine, Schlick's F, and the diffuse part.
+#[test]
+fn entries_of_three_tables_are_exact() {
+    const N: usize = 65;
+    let at = |k: usize| k as f64 / (N - 1) as f64;
+    let [nu, nv, rs, rd] = [20.0f64, 50.0, 0.3, 0.5];
+    let Tables::Three { power, fresnel, base, .. } = Tables::new(&of(SPECS[2]), N) else {
+        panic!("three tables")
+    };
+    let mut worst = [0; 3];
+    for i in 0..N {
+        let f = rs + (1.0 - rs) * (1.0 - at(i)).powi(5);
+        worst[1] = fresnel.line(at(i) as f32)[..3].iter().map(|x| ulps(*x, f)).fold(worst[1], u32::max);
+        for j in 0..N {
+            let (u, v) = (at(i) as f32, at(j) as f32);
+            let (phi, theta) = (FRAC_PI_2 * at(i), FRAC_PI_2 * at(j));
+            let n = nu * phi.cos().powi(2) + nv * phi.sin().powi(2);
+            let p = ((nu + 1.0) * (nv + 1.0)).sqrt() / (8.0 * PI) * theta.cos().powf(n);
+            // θ = 90° and what is below the normal numbers count as 0.
+            let p = if p < f64::from(f32::MIN_POSITIVE) { 0.0 } else { p };
+            let got = power.plane(u, v)[0];
+            worst[0] = worst[0].max(if got < f32::MIN_POSITIVE { ulps(0.0, p) } else { ulps(got, p) });
+            let part = |c: f64| 1.0 - (1.0 - 0.5 * c).powi(5);
+            let d = 28.0 * rd / (23.0 * PI) * (1.0 - rs) * part(at(i)) * part(at(j));
+            let got = base.plane(u, v);
+            worst[2] = got[..3].iter().map(|x| ulps(*x, d)).fold(worst[2].max(ulps(got[3], at(j))), u32::max);
+        }
+    }
+    println!("units in the last place at the entries of power, F and base: {worst:?}");
+    assert!(worst.iter().all(|w| *w <= 4), "{worst:?}");
 }
 
 /// Relative RMS error over directions that are at least 12° above the horizon, where nothing diverges.

@@ -138,10 +138,10 @@ fn lobes_of_lafortune_turn_with_the_tangent() {
     assert!(of(&*rough, 0.0) < 0.9 * of(&*flat, 0.0) && of(&*rough, 0.5) > 2.0 * of(&*flat, 0.5));
 }
 
-/// White light gives no more than it sends, whatever varies.
+/// White light gives no more than it sends, whatever varies: no view here gets more than 93 %. The rules of
+/// 120² and 240² directions agree to 1e-3, so nothing is put down to the rule.
 #[test]
 fn white_surfaces_send_back_no_more_than_they_get() {
-    let n = 120;
     for spec in ["ward:ax=0.2,ay=0.5,rs=1", "ggx:ax=0.2,ay=0.5,f0=1"] {
         let planes = Planes::default()
             .with("tangent", specimens::texture(|i, _| [i as f64 / 48.0; 3]))
@@ -150,16 +150,22 @@ fn white_surfaces_send_back_no_more_than_they_get() {
         for k in 0..12u32 {
             let wo = single(direction(k, 0.1));
             let at = Place { uv: [0.083 * k as f32, 0.37 * k as f32], footprint: 0.02 * k as f32 };
-            let mut sum = 0.0;
-            for a in 0..n {
-                for p in 0..n {
-                    let (z, phi) = ((a as f64 + 0.5) / n as f64, 2.0 * PI * (p as f64 + 0.5) / n as f64);
-                    let s = (1.0 - z * z).sqrt();
-                    let wi = single(DVec3::new(s * phi.cos(), s * phi.sin(), z));
-                    sum += f64::from(b.f_cos_at(at, wi, wo)[0]) * 2.0 * PI / (n * n) as f64;
+            let sum = |n: usize| {
+                let mut sum = 0.0;
+                for a in 0..n {
+                    for p in 0..n {
+                        let (z, phi) = ((a as f64 + 0.5) / n as f64, 2.0 * PI * (p as f64 + 0.5) / n as f64);
+                        let s = (1.0 - z * z).sqrt();
+                        let wi = single(DVec3::new(s * phi.cos(), s * phi.sin(), z));
+                        sum += f64::from(b.f_cos_at(at, wi, wo)[0]) * 2.0 * PI / (n * n) as f64;
+                    }
                 }
-            }
-            assert!(sum > 0.3 && sum < 1.003, "{spec}: {k}: {sum}");
+                sum
+            };
+            let [coarse, middle, fine] = [60, 120, 240].map(sum);
+            println!("{spec}: {k}: {coarse:.5} {middle:.5} {fine:.6}");
+            assert!(fine > 0.3 && fine <= 1.0, "{spec}: {k}: {coarse} {middle} {fine}");
+            assert!((fine - middle).abs() < 1e-3, "{spec}: {k}: {middle} {fine}");
         }
     }
 }
