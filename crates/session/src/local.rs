@@ -133,6 +133,16 @@ impl Local {
         })
     }
 
+    /// Names the file of an image, unless its parameters name one already; false where it reads no image of
+    /// this name.
+    pub(crate) fn name_file(&mut self, name: &str, file: &str) -> bool {
+        let reads = self.saved.is_none() && self.technique.planes().iter().any(|p| p.name == name);
+        if reads {
+            self.params.0.entry(name.into()).or_insert_with(|| Value::File(file.into()));
+        }
+        reads
+    }
+
     /// All files that it is made of.
     pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.files().map(|(_, file)| file).chain(self.saved.iter().map(|s| s.path.as_path()))

@@ -246,6 +246,75 @@ fn data_per_texel_say_what_they_lack() {
     assert!(!dir.join("x.pfm").exists() && !dir.join("x.csv").exists());
 }
 
+/// In a scene file the textures of a material go to both its techniques: the same bits as with the files in
+/// their parameters; what no technique reads is refused at its line.
+#[test]
+fn scene_files_name_textures_once() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let numbers = |file: &str, f: &dyn Fn(usize) -> f32| {
+        let plane: Vec<f32> = (0..64).map(f).collect();
+        let raster = Raster::rgb(8, 8, [plane.clone(), plane.clone(), plane]);
+        write_image(&dir.join(file), &raster, &WriteOptions::default()).expect("written");
+    };
+    numbers("n.pfm", &|k| 4.0 + (k % 8) as f32);
+    numbers("rho.pfm", &|k| 0.1 + 0.01 * (k / 8) as f32);
+    numbers("angles.pfm", &|k| 0.1 * (k % 8) as f32);
+    numbers("bumps.pfm", &|k| ((k % 8) as f32 * 0.8).sin().abs());
+    let render = |name: &str, material: &str| {
+        let text = format!(
+            "[[mesh]]\nshape = \"plane:size=2\"\nmaterial = \"a\"\n[camera]\nfrom = [0, 2, 1]\n[material.a]\n{material}\n\
+             [light]\nenvironment = \"overcast\"\n[[light.point]]\nposition = [0.5, 1, 0]\nintensity = [9, 9, 9]\n\
+             [output]\nwidth = 16\nheight = 16\n"
+        );
+        fs::write(dir.join(name), text).expect("written");
+        let output = format!("{name}.pfm");
+        let (code, _, err) = said(dir, &["render", name, "--quiet", "-o", &output]);
+        assert_eq!(code, Some(0), "{err}");
+        fs::read(dir.join(output)).expect("a picture")
+    };
+    let lobes = "brdf = \"lambert:albedo=0.2\"\ntechnique = \"lafortune_env\"\n";
+    let once = render(
+        "once.toml",
+        &format!(
+            "{lobes}local = \"lafortune_svbrdf\"\ntextures = {{ rho_1 = \"rho.pfm\", n_1 = \"n.pfm\" }}"
+        ),
+    );
+    let twice = render(
+        "twice.toml",
+        &format!(
+            "{lobes}local = \"lafortune_svbrdf:rho_1=rho.pfm,n_1=n.pfm\"\nparams = {{ rho_1 = \"rho.pfm\", n_1 = \"n.pfm\" }}"
+        ),
+    );
+    assert!(once == twice);
+    let without = render("without.toml", &format!("{lobes}local = \"lafortune_svbrdf\""));
+    assert!(once != without);
+    let ward = "brdf = \"ward:ax=0.2,ay=0.5\"\n";
+    let named = render(
+        "named.toml",
+        &format!(
+            "{ward}local = \"shift_variant\"\ntextures = {{ tangent = \"angles.pfm\", height = \"bumps.pfm\" }}"
+        ),
+    );
+    let inline = render(
+        "inline.toml",
+        &format!("{ward}local = \"shift_variant:tangent=angles.pfm,height=bumps.pfm\""),
+    );
+    assert!(named == inline);
+    for (name, textures, why) in [
+        ("unread.toml", "tangent = \"angles.pfm\"", "no technique of it reads a texture 'tangent'"),
+        ("outside.toml", "n_1 = \"../n.pfm\"", "key 'textures.n_1'"),
+        ("missing.toml", "n_1 = \"none.pfm\"", "none.pfm"),
+    ] {
+        let text = format!(
+            "[[mesh]]\nshape = \"plane\"\nmaterial = \"a\"\n[material.a]\n{lobes}textures = {{ {textures} }}\n\
+             [light]\nenvironment = \"overcast\"\n"
+        );
+        fs::write(dir.join(name), text).expect("written");
+        fails(dir, 3, why, &["render", name, "-o", "x.pfm"]);
+    }
+}
+
 /// Numbers by texel: a picture's halves have their own lobes and widths, as plain models of these numbers
 /// have.
 #[test]

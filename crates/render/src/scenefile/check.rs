@@ -161,8 +161,17 @@ fn material(
     if let Some(s) = &m.normal_scale {
         finite(source, start(s), "normal_scale", &[normal_scale])?;
     }
+    let textures = m
+        .textures
+        .iter()
+        .map(|(key, file)| {
+            let value = below(source, file, &format!("textures.{key}"))?;
+            Ok((key.clone(), At { value, at: start(file) }))
+        })
+        .collect::<Result<_, SceneError>>()?;
     Ok(SceneMaterial {
         name: name.into(),
+        textures,
         brdf,
         opened,
         base_colour,

@@ -15,7 +15,7 @@
 //! rotate = [0, 30, 0]       # degrees about x, then y, then z
 //!
 //! [material.clay]
-//! brdf = "lambert:albedo=0.6/0.5/0.4" # also base_color_texture, normal_texture, normal_scale, roughness_texture
+//! brdf = "lambert:albedo=0.6/0.5/0.4" # also base_color_texture, normal_texture, normal_scale, roughness_texture, textures
 //!
 //! [ground]                  # a plane under the meshes, as far as the horizon
 //! material = "clay"
@@ -104,6 +104,9 @@ pub struct SceneMaterial {
     pub local: Option<At<String>>,
     /// Parameters of the technique.
     pub params: ParamValues,
+    /// Images, relative to the scene file's folder, by the names of the parameters that both kinds of
+    /// technique read them for: heights, tangent angles, numbers of reflectances.
+    pub textures: Vec<(String, At<String>)>,
 }
 
 /// Distant and near light.

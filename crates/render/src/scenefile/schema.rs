@@ -112,6 +112,9 @@ pub struct MaterialText {
     /// Parameters of the technique.
     #[serde(default)]
     pub params: BTreeMap<String, ParamText>,
+    /// Images below the scene file's folder, by the names of the parameters that techniques read them for.
+    #[serde(default)]
+    pub textures: BTreeMap<String, Spanned<String>>,
 }
 
 /// The value of a parameter.

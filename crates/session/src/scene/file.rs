@@ -6,6 +6,7 @@ use crate::{Error, Kind, Local, Material, Scene, Session, has_extension};
 use glam::Affine3A;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use steradian_base::Value;
 use steradian_brdf::Files;
 use steradian_formats::{file_below, read_text};
 use steradian_light::Lights;
@@ -162,6 +163,17 @@ fn material(
         }
         (None, None) => None,
     };
+    // Images of the material that a technique reads, by their places in the list.
+    let mut read = Vec::new();
+    let mut params = m.params.clone();
+    if let Some(Method::Technique(t)) = &method {
+        for (k, (name, at)) in m.textures.iter().enumerate() {
+            if t.planes().iter().any(|p| p.name == *name) {
+                params.0.entry(name.clone()).or_insert_with(|| Value::File(at.value.as_str().into()));
+                read.push(k);
+            }
+        }
+    }
     let local = match (&overrides.local, m.local.as_ref().or(file.output.local.as_ref())) {
         (Some(local), _) => local.clone(),
         (None, Some(spec)) => {
@@ -170,12 +182,24 @@ fn material(
             } else {
                 Local::parse(&spec.value)
             };
-            let parsed = located(file, spec, parsed)?;
+            let mut parsed = located(file, spec, parsed)?;
+            if let Some(local) = &mut parsed {
+                let all = m.textures.iter().enumerate();
+                read.extend(all.filter(|(_, (name, at))| local.name_file(name, &at.value)).map(|(k, _)| k));
+            }
             let opened = parsed.map(|local| session.open_local(&local, Some(folder))).transpose();
             located(file, spec, opened)?
         }
         (None, None) => None,
     };
+    // A technique that the caller names instead of the file's may read other images.
+    if overrides.method.is_none() && overrides.local.is_none() {
+        let unread = (0..m.textures.len()).find(|k| !read.contains(k)).map(|k| &m.textures[k]);
+        if let Some((name, at)) = unread {
+            let why = format!("material '{}': no technique of it reads a texture '{name}'", m.name);
+            return Err(file.error(at, why).into());
+        }
+    }
     let texture = m.base_colour.as_ref().map(|t| {
         let loaded = below(folder, &t.value).and_then(|p| session.texture(&p));
         located(file, t, loaded)
@@ -195,14 +219,7 @@ fn material(
         maps.alpha2 = image(name, &|p, c| c.roughness_map(p), session)?.alpha2;
     }
     let base_colour = texture.transpose()?;
-    let material = Material {
-        method,
-        params: m.params.clone(),
-        local,
-        base_colour,
-        maps,
-        ..Material::new(m.brdf.clone())
-    };
+    let material = Material { method, params, local, base_colour, maps, ..Material::new(m.brdf.clone()) };
     session.open_material(material, Some(folder))
 }
 
