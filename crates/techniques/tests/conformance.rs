@@ -12,6 +12,8 @@ mod harness;
 mod lobes;
 #[path = "conformance/local.rs"]
 mod local;
+#[path = "conformance/photographs.rs"]
+mod photographs;
 #[path = "conformance/random.rs"]
 mod random;
 #[path = "conformance/robust.rs"]
