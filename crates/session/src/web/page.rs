@@ -249,7 +249,7 @@ impl Session {
                     scene,
                     sites: &Sited::ALL,
                 };
-                let exact = |m: &crate::Material| self.prepare(m, &Method::Reference, under, &self.task);
+                let exact = |m: &Material| self.prepare(m, &Method::Reference, under, &self.task);
                 let prepared = scene.materials.iter().map(exact).collect::<Result<Vec<_>, _>>()?;
                 let surfaces: Vec<_> = prepared.iter().map(|p| p.surface.clone()).collect();
                 let settings = Settings { interpolate: true, ..settings };
