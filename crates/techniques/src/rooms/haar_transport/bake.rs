@@ -27,7 +27,7 @@ params! {
         /// Measure by which wavelets are chosen, an index of the choices.
         pub choice: usize = ParamInfo::choice("choice", &["transport", "magnitude", "area"], "by what wavelets of the light are chosen: its coefficient times the length of the transport's column, the coefficient alone, or times the wavelet's area"),
         /// Part of each site's transport that is left out.
-        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.07, "part of each site's transport vector that is left out: of the geometric mean of the lengths of what is blocked and of the cosine over the texels, or with fix=view of those of its own and of its sum spread over the hemisphere"),
+        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.07, "part of each site's transport vector that is left out: of the geometric mean of the lengths of what is blocked and of the cosine over the texels, or with fix=view the square root of the part of the sum over wavelets of squares over means, which keeps tails of lobes"),
         /// Scattering events.
         pub bounces: usize = ParamInfo::whole("bounces", [1.0, 64.0], 1.0, "scattering events at surfaces: 1 is direct light alone; what is reflected is smooth, and held in spherical harmonics"),
         /// Bands of reflected light.

@@ -25,6 +25,7 @@
 mod bake;
 mod cube;
 mod fixed;
+mod keep;
 mod light;
 mod material;
 mod seen;

@@ -1,6 +1,7 @@
 //! Transport towards a view, T = H t with t_j = ∫_{texel j} V f (n·w)₊ dw: that of all sites for one eye, and
 //! that of one site.
 
+use super::keep;
 use super::light::transform;
 use super::material::Glossy;
 use super::sights::Sights;
@@ -48,6 +49,7 @@ type Block<R> = (Vec<R>, Vec<f64>);
 pub struct Work {
     open: Vec<f32>,
     planes: Vec<Vec<f32>>,
+    texels: Vec<f32>,
     scratch: weigh::Scratch,
     steps: [[Vec3; 2]; 6],
 }
@@ -88,23 +90,18 @@ impl Towards<'_> {
         s.open(k, &mut w.open);
         place.weigh(&s.cube, &w.steps, &w.open, &mut w.scratch, &mut w.planes);
         let side = s.cube.side;
-        let sum = |plane: &Vec<f32>| plane.iter().map(|t| f64::from(*t)).sum::<f64>();
-        let sums: Vec<f64> = w.planes.iter().map(sum).collect();
-        w.planes.iter_mut().for_each(|plane| transform(plane, side));
+        let row = |plane: &mut Vec<f32>| {
+            w.texels.clone_from(plane);
+            transform(plane, side);
+            keep::row(&w.texels, plane, side, self.precision)
+        };
+        let rows = w.planes.iter_mut().map(row).collect();
         if let Some(squares) = squares {
             for plane in &w.planes {
                 squares.iter_mut().zip(plane).for_each(|(s, x)| *s += f64::from(*x).powi(2));
             }
         }
-        // A sun may stand in the tail of a lobe, which has little of the vector's length: the error allowed is
-        // relative to the geometric mean of the square length and of that which the same sum would have if it
-        // were spread over all texels above the horizon.
-        let row = |(plane, sum): (&Vec<f32>, &f64)| {
-            let own: f64 = plane.iter().map(|x| f64::from(*x).powi(2)).sum();
-            let spread = sum * sum / (3 * side * side) as f64;
-            Row::of_dense(plane, side, self.precision * self.precision * (own * spread).sqrt())
-        };
-        Some(w.planes.iter().zip(&sums).map(row).collect())
+        Some(rows)
     }
 
     /// Transport of all sites towards `eye`.

@@ -114,38 +114,6 @@ impl Row {
         others.drain(..out);
         Self { scaling, kept: others }
     }
-
-    /// The same of a vector whose coefficients are mostly not zero, up to rounding of `left`: one pass sums
-    /// squares by magnitude, eight steps an octave, and only the step at which the limit lies is sorted.
-    /// Coefficients are kept in the order of their indices.
-    pub fn of_dense(all: &[f32], side: usize, left: f64) -> Self {
-        const DROPPED: u32 = 20;
-        let face = side * side;
-        let step = |x: f32| (x.abs().to_bits() >> DROPPED) as usize;
-        // Sides are powers of two.
-        let others = || (0u32..).zip(all).filter(|(k, x)| *k as usize & (face - 1) != 0 && **x != 0.0);
-        let mut squares = vec![0.0f64; 1 << (32 - DROPPED)];
-        others().for_each(|(_, x)| squares[step(*x)] += f64::from(*x).powi(2));
-        let (mut out, mut last) = (0.0, squares.len());
-        for (k, s) in squares.iter().enumerate() {
-            if out + s > left {
-                last = k;
-                break;
-            }
-            out += s;
-        }
-        let mut there: Vec<f32> = others().map(|(_, x)| x.abs()).filter(|x| step(*x) == last).collect();
-        there.sort_unstable_by(f32::total_cmp);
-        let least = there.iter().find(|x| {
-            out += f64::from(**x).powi(2);
-            out > left
-        });
-        let least = least.copied().unwrap_or(f32::INFINITY);
-        Self {
-            scaling: std::array::from_fn(|f| all[f * face]),
-            kept: others().filter(|(_, x)| x.abs() >= least).map(|(k, x)| (k, *x)).collect(),
-        }
-    }
 }
 
 impl Columns {
