@@ -1,7 +1,7 @@
 //! The tables of a technique as array textures.
 
 use steradian_formats::{TexelFormat, TextureArray};
-use steradian_techniques::gpu::{Format, Shape, Table};
+use steradian_techniques::gpu::{Shape, Table};
 
 /// A table on its way to a file.
 pub struct Map {
