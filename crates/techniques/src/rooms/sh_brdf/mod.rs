@@ -112,6 +112,10 @@ impl Technique for ShBrdf {
         p.fix() != Fix::Nothing
     }
 
+    fn needs_view(p: &Params) -> bool {
+        p.fix() == Fix::View
+    }
+
     fn transfer(g: Option<&Geometry>, _: &Views, p: &Params, _: &Task) -> Result<SiteFrames, BakeError> {
         bake::frames(g, p)
     }

@@ -289,6 +289,10 @@ fn fixed_light_and_fixed_view_keep_what_stands_still() {
         let same: Vec<bool> = kept.windows(2).map(|k| k[0] == k[1]).collect();
         let want = if fix == "light" { [true, false, true] } else { [false, true, true] };
         assert_eq!(same, want, "{fix}");
+        // Pictures of several cameras prepare each where the view is fixed.
+        let mut values = ParamValues::default();
+        values.0.insert("fix".into(), fix.into());
+        assert_eq!(find("sh_brdf").unwrap().needs_view(&values), fix == "view");
     }
 }
 
