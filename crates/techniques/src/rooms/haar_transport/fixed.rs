@@ -1,12 +1,13 @@
 //! Frames of a fixed view: radiance of every site by its transport towards the eye. Points that are seen from
 //! elsewhere have transport made for each.
 
-use super::bake::Params;
+use super::choice::{Chosen, choose, not_chosen, on_cube};
 use super::light::Light;
 use super::material::Glossy;
-use super::seen::{Linked, Seen, Towards, Work};
-use super::shade::{Chosen, Frame, choose, not_chosen, on_cube};
-use super::transport::Row;
+use super::params::Params;
+use super::seen::{Linked, Towards, Work};
+
+use super::transport::{Row, Seen};
 use crate::shared::geometry::transport;
 use crate::{Points, Radiance, View};
 use glam::{Mat3, Vec3};
@@ -18,6 +19,14 @@ const SAME: f32 = 1.0 - 1e-6;
 
 /// Wavelets of light on the cube, per channel.
 type Wavelets = [Vec<f32>; 3];
+
+/// Radiance of each site in a frame.
+#[derive(Default)]
+pub struct Frame {
+    pub(super) radiance: Vec<[f32; 3]>,
+    /// What a frame of a fixed view was made from.
+    pub(super) fixed: Fixed,
+}
 
 /// What a frame of a fixed view was made from.
 #[derive(Default)]

@@ -1,6 +1,6 @@
 //! The reflectance's factor: an albedo, or any reflectance that a fixed view looks at.
 
-use super::bake::{Fix, Params};
+use super::params::{Fix, Params};
 use crate::Part;
 use crate::certify;
 use crate::shared::light::sh_light::Albedo;

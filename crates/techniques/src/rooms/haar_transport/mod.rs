@@ -23,11 +23,13 @@
 //! along circles that are too narrow to certify.
 
 mod bake;
+mod choice;
 mod cube;
 mod fixed;
 mod keep;
 mod light;
 mod material;
+mod params;
 mod seen;
 mod shade;
 mod sights;
@@ -43,11 +45,11 @@ use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Parts,
     Points, Radiance, Technique, View,
 };
-use bake::{Fix, Params};
+use fixed::Frame;
 use light::Light;
 use material::Matter;
+use params::{Fix, Params};
 use seen::{Linked, Towards};
-use shade::Frame;
 use sights::Transfer;
 use steradian_base::Task;
 use steradian_brdf::Brdf;

@@ -5,7 +5,7 @@ use super::keep;
 use super::light::transform;
 use super::material::Glossy;
 use super::sights::Sights;
-use super::transport::{Columns, Row, Scale};
+use super::transport::{Columns, Row, Scale, Seen};
 use super::weigh::{self, Place};
 use crate::Part;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
@@ -23,14 +23,6 @@ const BEHIND: f64 = 0.3;
 const GRAZING: f64 = 0.02;
 /// Sites, each seen from a direction of its own, that stand for all views.
 const SAMPLE: usize = 128;
-
-/// Transport of all sites towards one eye.
-pub struct Seen {
-    /// A channel, or three.
-    pub channels: Vec<Columns>,
-    /// Length of each column over all sites and channels, coefficients that are not kept included.
-    pub norms: Vec<f32>,
-}
 
 /// What transport of single sites is made from.
 #[derive(Clone, Copy)]

@@ -1,10 +1,9 @@
 //! The open texels of a cube around each site, in runs: what a view weighs with the reflectance.
 
 use super::HaarTransport;
-use super::bake::Params;
 use super::cube::Level;
-use super::seen::Seen;
-use super::transport::{MOST_SITES, Transport};
+use super::params::Params;
+use super::transport::{MOST_SITES, Seen, Transport};
 use super::visibility::{EDGE, Pyramid, Scratch};
 use crate::shared::geometry::transport::sites;
 use crate::shared::material::view_table::SiteFrames;

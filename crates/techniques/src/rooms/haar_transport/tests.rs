@@ -1,7 +1,7 @@
 mod view;
 mod weigh;
 
-use super::shade::choose;
+use super::choice::choose;
 use super::*;
 use crate::rooms::haar_transport::cube::Level;
 use crate::rooms::haar_transport::light::transform;

@@ -186,6 +186,14 @@ impl Columns {
     }
 }
 
+/// Transport of all sites towards one eye.
+pub struct Seen {
+    /// A channel, or three.
+    pub channels: Vec<Columns>,
+    /// Length of each column over all sites and channels, coefficients that are not kept included.
+    pub norms: Vec<f32>,
+}
+
 impl Part for Transport {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         let name = |n: &str| format!("{prefix}.{n}");
