@@ -303,8 +303,8 @@ mod tests {
         Texel { rho_d, lobes: lobes.iter().map(lobe).collect(), squares: [0.0; 2] }
     }
 
-    /// Planted lobes come back to 1e-4 of each number: Phong's, off-specular, anisotropic and backward ones, and two at
-    /// once.
+    /// Planted lobes come back to 1e-4 of each number: Phong's, off-specular, anisotropic and backward ones,
+    /// and two at once.
     #[test]
     fn planted_lobes_are_recovered() {
         let all = spread(41);

@@ -3,8 +3,9 @@
 //!
 //! The baseline is exact shading of the same light (`vertex_analytic` with rate=pixel). Techniques with data
 //! per texel have textures of 48 × 48 texels for every parameter that may vary, and those of photographs a
-//! function of 24 × 24 texels under 21 × 21 directions. Those that need a mesh have a sphere, at whose corners
-//! and between which the points lie. Least of nine runs of 65536 points by the clock, in batches of 1024.
+//! function of 24 × 24 texels under 21 × 21 directions. Those that need a mesh have a sphere, at whose
+//! corners and between which the points lie. Least of nine runs of 65536 points by the clock, in batches of
+//! 1024.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

@@ -183,8 +183,8 @@ fn by_least_squares(h: &Horizons, texel: usize) -> Ellipse {
     Ellipse(std::array::from_fn(|k| q[k] as f32))
 }
 
-/// A one-sided wall is no ellipse: one of plain least squares misses 2.0 % of the disk at slope 1 and 4.2 % at
-/// slope 3; the ellipses that the field is given, which minimise what is missed, 0.4 % at most.
+/// A one-sided wall is no ellipse: one of plain least squares misses 2.0 % of the disk at slope 1 and 4.2 %
+/// at slope 3; the ellipses that the field is given, which minimise what is missed, 0.4 % at most.
 #[test]
 fn ellipses_before_a_wall_miss_little_of_the_disk() {
     for (t, plain) in [(1.0, 0.020), (3.0, 0.042)] {

@@ -75,8 +75,8 @@ impl Facing {
 }
 
 /// Points lit wrongly are those within a texel or so of an edge of a shadow: half as many with twice the
-/// texels a side. Over two doublings the ratio is 4 within a third, over all three from 5.6 (a lamp within the
-/// knot, a twentieth of it from its surface) to 8.3: the power of the resolution is −0.83 to −1.02.
+/// texels a side. Over two doublings the ratio is 4 within a third, over all three from 5.6 (a lamp within
+/// the knot, a twentieth of it from its surface) to 8.3: the power of the resolution is −0.83 to −1.02.
 #[test]
 fn maps_err_by_half_as_much_with_twice_the_texels() {
     let mesh = scene();

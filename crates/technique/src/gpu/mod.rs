@@ -133,8 +133,8 @@ pub enum Shape {
     /// Entries one after the other, in rows of [`ROW`]: `fetch_NAME(i: u32) -> vec4<f32>` of entry i.
     Texels,
     /// Texels of a surface that are decoded before they are averaged, those of all levels one after the other
-    /// ([`steradian_scene::surface::Patch`]) in rows of [`ROW`], a layer for each word: `fetch_NAME(i: u32, k:
-    /// u32) -> vec4<f32>` is word k of texel i, and `taps_NAME(uv: vec2<f32>, footprint: f32) ->
+    /// ([`steradian_scene::surface::Patch`]) in rows of [`ROW`], a layer for each word: `fetch_NAME(i: u32,
+    /// k: u32) -> vec4<f32>` is word k of texel i, and `taps_NAME(uv: vec2<f32>, footprint: f32) ->
     /// array<TextureTap, 8>` are the texels, and their weights, that a square of side `footprint` in texture
     /// coordinates averages. Columns, rows, levels, and the wrap modes as in [`Shape::Texture`].
     Patch([u32; 4]),

@@ -36,7 +36,8 @@ pub struct Sights {
     pub frames: SiteFrames,
     /// Index of the first run of each site, and of the end of the last one.
     starts: Vec<u32>,
-    /// Texels in a row that are equally open, face after face, row after row: (length − 1) · 8 + open quarters.
+    /// Texels in a row that are equally open, face after face, row after row: (length − 1) · 8 + open
+    /// quarters.
     runs: Vec<u16>,
     /// The last transport that was made, for all frames of the bakes that share these sites.
     last: Mutex<Option<Last>>,
@@ -128,8 +129,8 @@ impl Sights {
         }
     }
 
-    /// The transport towards `eye` that was made last, or `make`s it. Frames of several threads may make it at
-    /// the same time: nothing waits here for a loop over threads.
+    /// The transport towards `eye` that was made last, or `make`s it. Frames of several threads may make it
+    /// at the same time: nothing waits here for a loop over threads.
     pub fn towards(&self, eye: Vec3, brdf: &SharedBrdf, make: impl FnOnce() -> Seen) -> Arc<Seen> {
         let last = || self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let kept = |l: &Last| (l.eye == eye && Arc::ptr_eq(&l.brdf, brdf)).then(|| l.seen.clone());

@@ -15,8 +15,9 @@ pub enum Scale {
     /// Multiples of 1/127 of the largest of a column.
     #[default]
     Even,
-    /// Parts of the largest of a column in steps of an octave's ninth, each off by 4 % at most: neighbours that
-    /// have the tail of a lobe where others have its peak would all be rounded alike, most of them to zero.
+    /// Parts of the largest of a column in steps of an octave's ninth, each off by 4 % at most: neighbours
+    /// that have the tail of a lobe where others have its peak would all be rounded alike, most of them to
+    /// zero.
     Octaves,
 }
 

@@ -72,8 +72,8 @@ pub struct Place<'a> {
 
 impl Place<'_> {
     /// T_j = V_j ∫_{texel j} f_cos(w, wo) dw for each texel of `cube`, whose open part is V_j, into as many
-    /// channels as `out` has. Texels are evaluated at their centres, those near a narrow lobe in cells that it
-    /// hardly varies over, and those on the horizon in four.
+    /// channels as `out` has. Texels are evaluated at their centres, those near a narrow lobe in cells that
+    /// it hardly varies over, and those on the horizon in four.
     pub fn weigh(
         &self,
         cube: &Level,

@@ -7,12 +7,13 @@
 //! > L_o = Σ_l E_l (n·l)₊ (ρ_d/π + Σ_k ρ_k ((C_k ∘ v)·l)₊^n_k)
 //!
 //! ρ_d, ρ_k, C_k and n_k by texel, up to four lobes; C = (−1, −1, 1) is Phong's lobe. At the texels they are
-//! right to integers of `bits` between the least and the largest of each number. Under a footprint, where C and n do not average, levels hold means of C, |C|² and 1/n, the
-//! lobe's variance across its axis, weighed with the largest value ρ max|C|ⁿ of each texel's lobe, about axes
-//! of max|C| = 1: the length of C is the root of the mean of |C|², its direction that of the mean, and what
-//! the directions scatter, 1 − |E\[C\]|²/E\[|C|²\], half of it each way, adds to 1/n, with ρ scaled so that
-//! the lobe keeps its integral. Units: f in sr⁻¹, radiance in W sr⁻¹ m⁻². Refused: other reflectances than
-//! `lafortune` and `lambert`, whose parameters apply where no file gives them, and more than four lobes.
+//! right to integers of `bits` between the least and the largest of each number. Under a footprint, where C
+//! and n do not average, levels hold means of C, |C|² and 1/n, the lobe's variance across its axis, weighed
+//! with the largest value ρ max|C|ⁿ of each texel's lobe, about axes of max|C| = 1: the length of C is the
+//! root of the mean of |C|², its direction that of the mean, and what the directions scatter, 1 −
+//! |E\[C\]|²/E\[|C|²\], half of it each way, adds to 1/n, with ρ scaled so that the lobe keeps its integral.
+//! Units: f in sr⁻¹, radiance in W sr⁻¹ m⁻². Refused: other reflectances than `lafortune` and `lambert`,
+//! whose parameters apply where no file gives them, and more than four lobes.
 
 mod bake;
 mod shade;

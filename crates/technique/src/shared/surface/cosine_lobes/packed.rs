@@ -5,9 +5,9 @@
 //!
 //! > ρ = low + span t²,  C = low + span t,  n = low exp(span t)
 //!
-//! so that half a step of a byte is 0.2 % of the largest factor (and less of dark ones), 0.2 % of the range of
-//! a component of C, and 0.2 % of the logarithm of the range of n. C and n are stored once for red, green and
-//! blue where they have the same.
+//! so that half a step of a byte is 0.2 % of the largest factor (and less of dark ones), 0.2 % of the range
+//! of a component of C, and 0.2 % of the logarithm of the range of n. C and n are stored once for red, green
+//! and blue where they have the same.
 
 use super::averages::{Averages, lobe_of, mean};
 use super::{LAYERS, Lobe, MOST, Texel};

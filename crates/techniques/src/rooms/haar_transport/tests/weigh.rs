@@ -59,7 +59,8 @@ fn transport_is_the_integral_over_texels() {
     assert!((sum / want - 1.0).abs() < 5e-4, "{sum} {want}");
 }
 
-/// A wall of infinite height in the plane of incidence takes half of a lobe that is its own mirror image there.
+/// A wall of infinite height in the plane of incidence takes half of a lobe that is its own mirror image
+/// there.
 #[test]
 fn a_wall_takes_its_half_of_the_lobe() {
     let (frame, wo) = askew();
