@@ -7,7 +7,7 @@
 //! ρ scaled so that the lobe keeps its integral ([`Averages`]).
 //!
 //! Each texel of each level is stored as the lobe of its averages, in integers of one to three bytes between
-//! the least and the largest value of a number over all texels ([`packed`]), so that numbers alike everywhere
+//! the least and the largest value of a number over all texels (`packed`), so that numbers alike everywhere
 //! are exact; a lookup decodes the texels around it and averages these (McAllister, Lastra & Heidrich 2002
 //! store 8 bits a number). `lookup.wgsl` has the same functions, and `shader` writes the decoding of a
 //! layout.
