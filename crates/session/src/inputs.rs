@@ -327,12 +327,12 @@ impl Session {
             Some(None) => Err(Error::input(format!("{name}: lies inside a solid, and sees nothing"))),
             Some(Some(probe)) => Ok(probe),
         }?;
-        if probe.image.is_none() {
+        // As it was captured: what `Probe::environment` adds for its harmonics may be negative in places.
+        let Some(image) = &probe.image else {
             let why = "has harmonics alone: steradian probes --image captures images beside them";
             return Err(Error::input(format!("{name}: {why}")));
-        }
-        let image = probe.environment().image;
-        let raster = Raster::rgb(image.width, image.height, image.planes);
+        };
+        let raster = Raster::rgb(image.width, image.height, image.planes.clone());
         let options = LoadOptions {
             layout: Some(FileLayout::LatLong),
             profile: None,
