@@ -1,6 +1,7 @@
 //! What every command gets: options that all share, the task, and the ways out.
 
 use crate::failure::{Failure, Outcome};
+use crate::options;
 use crate::progress::Bars;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -114,6 +115,8 @@ impl DerefMut for Context {
 
 /// One line on standard error, which no bar is drawn over.
 fn say(bars: Option<&Bars>, line: impl std::fmt::Display) {
+    let line = line.to_string();
+    let line = options::dashed(&line);
     // Nobody is left to be told when standard error is gone.
     beside(bars, || {
         let _ = writeln!(io::stderr(), "{line}");
@@ -216,6 +219,11 @@ impl Context {
         })
     }
 
+    /// A library's words on standard output.
+    pub fn print_words(&self, text: &str) -> Outcome {
+        self.print(&options::dashed(text))
+    }
+
     /// A JSON document on standard output, with its provenance under `provenance`.
     pub fn print_json(&self, document: Value) -> Outcome {
         self.print(&self.json_text(document))
@@ -235,6 +243,7 @@ impl Context {
 
     /// A JSON document with its provenance, as text.
     pub fn json_text(&self, mut document: Value) -> String {
+        options::dashed_document(&mut document);
         if let Value::Object(map) = &mut document {
             map.insert("provenance".into(), self.provenance_json());
         }
@@ -266,6 +275,11 @@ impl Context {
             Some(p) if p != Path::new("-") => Ok(write_atomic(p, |w| w.write_all(text.as_bytes()))?),
             _ => self.print(text),
         }
+    }
+
+    /// A library's words, as [`Self::write_text`] writes text.
+    pub fn write_words(&self, path: Option<&Path>, text: &str) -> Outcome {
+        self.write_text(path, &options::dashed(text))
     }
 
     fn provenance_json(&self) -> Value {

@@ -9,6 +9,7 @@ mod context;
 mod failure;
 mod inputs;
 mod names;
+mod options;
 mod progress;
 
 use clap::{CommandFactory, FromArgMatches, Parser};
@@ -72,7 +73,7 @@ const LONGEST: usize = 4000;
 /// Says in one line why the command ends.
 fn end(f: &Failure) -> ExitCode {
     if !f.message.is_empty() {
-        let line = f.message.replace('\n', " ");
+        let line = options::dashed(&f.message).replace('\n', " ");
         let characters = line.chars().count();
         let line = if line.len() > LONGEST {
             let (first, last) = (line.chars().take(200), line.chars().skip(characters - 200));

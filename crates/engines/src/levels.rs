@@ -55,7 +55,7 @@ impl Job<'_> {
                     (m.bytes(self.light, lobe.zonal(), shape, tolerance), self.task.max_memory());
                 if need > most {
                     return Err(EngineError::Failed(format!(
-                        "--method {}: this lobe needs {} MiB, beyond the limit of {} MiB: leave --method out, or raise --max-memory",
+                        "`method` {}: this lobe needs {} MiB, beyond the limit of {} MiB: leave `method` out, or raise `max-memory`",
                         m.name(),
                         need >> 20,
                         most >> 20

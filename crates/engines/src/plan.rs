@@ -66,13 +66,13 @@ pub(crate) fn has_roughness(name: &str) -> bool {
 pub(crate) fn normal_incidence(name: &str, brdf: SharedBrdf) -> Result<Kernel, EngineError> {
     let kernel = NormalKernel::new(brdf).ok_or_else(|| {
         EngineError::request(format!(
-            "--kernel {name}: is anisotropic; a filtered map needs an isotropic one"
+            "`kernel` {name}: is anisotropic; a filtered map needs an isotropic one"
         ))
     })?;
     let radial = Radial::new(|theta| kernel.at_angle(theta).iter().sum::<f64>() / 3.0);
     let radial = radial.ok_or_else(|| {
         EngineError::request(format!(
-            "--kernel {name}: reflects nothing, or no finite amount, at normal incidence"
+            "`kernel` {name}: reflects nothing, or no finite amount, at normal incidence"
         ))
     })?;
     Ok(Kernel::Radial(Arc::new(radial)))
@@ -89,28 +89,28 @@ fn single(o: &Request, given: Option<Kernel>) -> Result<Filter, EngineError> {
     if given.is_some() {
         return Ok(Filter { lobe: given, roughness: None });
     }
-    let needs = |option: &str| EngineError::request(format!("--kernel {} needs {option}", o.kernel));
+    let needs = |option: &str| EngineError::request(format!("`kernel` {} needs {option}", o.kernel));
     let plain = |lobe| Ok(Filter { lobe: Some(Kernel::Lobe(lobe)), roughness: None });
     if let Some(n) = o.exponent.filter(|n| !(*n > 0.0 && *n <= MAX_EXPONENT)) {
         return Err(EngineError::Request(format!(
-            "--exponent {n:e}: a number above 0, {MAX_EXPONENT:e} at most"
+            "`exponent` {n:e}: a number above 0, {MAX_EXPONENT:e} at most"
         )));
     }
     if let Some(s) = o.sigma.filter(|s| !(MIN_SIGMA_DEGREES..=180.0).contains(s)) {
-        return Err(EngineError::Request(format!("--sigma {s:e}: {MIN_SIGMA_DEGREES} to 180 degrees")));
+        return Err(EngineError::Request(format!("`sigma` {s:e}: {MIN_SIGMA_DEGREES} to 180 degrees")));
     }
     match o.kernel.as_str() {
         "lambert" => plain(Lobe::lambert()),
-        "phong" => plain(Lobe::phong(o.exponent.ok_or_else(|| needs("--exponent"))?)),
-        "blinn-phong" => plain(Lobe::blinn_phong(o.exponent.ok_or_else(|| needs("--exponent"))?)),
-        "gaussian" => plain(Lobe::gaussian(o.sigma.ok_or_else(|| needs("--sigma"))?.to_radians())),
+        "phong" => plain(Lobe::phong(o.exponent.ok_or_else(|| needs("`exponent`"))?)),
+        "blinn-phong" => plain(Lobe::blinn_phong(o.exponent.ok_or_else(|| needs("`exponent`"))?)),
+        "gaussian" => plain(Lobe::gaussian(o.sigma.ok_or_else(|| needs("`sigma`"))?.to_radians())),
         "spherical-gaussian" => {
-            let sigma = o.sigma.ok_or_else(|| needs("--sigma"))?;
+            let sigma = o.sigma.ok_or_else(|| needs("`sigma`"))?;
             plain(Lobe::spherical_gaussian(sigma.to_radians()))
         }
         name => {
             let r = o.perceptual_roughness.or(o.alpha.map(f64::sqrt));
-            Ok(microfacet(name, r.ok_or_else(|| needs("--perceptual-roughness or --alpha, or --levels"))?))
+            Ok(microfacet(name, r.ok_or_else(|| needs("`perceptual-roughness` or `alpha`, or `levels`"))?))
         }
     }
 }
@@ -143,7 +143,7 @@ pub(crate) fn plan(o: &Request, given: Option<Kernel>) -> Result<Plan, EngineErr
     }
     let lat_long = o.engine.is_none() && matches!(extension.as_str(), "exr" | "hdr" | "pfm");
     if o.engine.is_none() && !lat_long && !matches!(extension.as_str(), "ktx2" | "ktx" | "dds") {
-        let why = "the output is a .ktx2, .ktx, .dds, .exr, .hdr or .pfm file; with --profile it is a folder";
+        let why = "the output is a .ktx2, .ktx, .dds, .exr, .hdr or .pfm file; with `profile` it is a folder";
         return Err(EngineError::request(format!("{}: {why}", o.output.display())));
     }
     let target = if lat_long { Arrangement::LatLong } else { Arrangement::Cube };
@@ -156,19 +156,19 @@ pub(crate) fn plan(o: &Request, given: Option<Kernel>) -> Result<Plan, EngineErr
     }
     if lat_long {
         return Err(EngineError::request(
-            "--levels: a lat-long file has one level; --dump-levels writes them all",
+            "`levels`: a lat-long file has one level; `dump-levels` writes them all",
         ));
     }
     if !has_roughness(&o.kernel) || (o.engine.is_some() && o.kernel != "ggx") {
         return Err(EngineError::request(format!(
-            "--kernel {}: chains go over the roughness of ggx{}",
+            "`kernel` {}: chains go over the roughness of ggx{}",
             o.kernel,
             if o.engine.is_some() { "" } else { ", beckmann or charlie" }
         )));
     }
     if !size.0.is_power_of_two() {
         return Err(EngineError::request(format!(
-            "--size {}: the side of a chain is a power of two",
+            "`size` {}: the side of a chain is a power of two",
             size.0
         )));
     }
@@ -178,7 +178,7 @@ pub(crate) fn plan(o: &Request, given: Option<Kernel>) -> Result<Plan, EngineErr
     let levels = o.levels.unwrap_or(usual);
     if levels > most {
         return Err(EngineError::request(format!(
-            "--levels {levels}: {} texels a side have {most} at most",
+            "`levels` {levels}: {} texels a side have {most} at most",
             size.0
         )));
     }
@@ -191,7 +191,7 @@ pub(crate) fn plan(o: &Request, given: Option<Kernel>) -> Result<Plan, EngineErr
 
 /// [`Arrangement::side`].
 fn side(size: (usize, usize), arrangement: Arrangement) -> Result<(usize, usize), EngineError> {
-    arrangement.side(size).map_err(|e| EngineError::Request(format!("--size: {e}")))
+    arrangement.side(size).map_err(|e| EngineError::Request(format!("`size`: {e}")))
 }
 
 /// The light as it is, lat-long; as large as the input where nothing else is asked for.
@@ -199,7 +199,7 @@ fn panorama(o: &Request, engine: &'static Engine) -> Result<Plan, EngineError> {
     if o.levels.is_some_and(|l| l > 1) {
         let name = engine.name;
         return Err(EngineError::request(format!(
-            "--levels: {name} filters by itself and takes one lat-long image"
+            "`levels`: {name} filters by itself and takes one lat-long image"
         )));
     }
     let size = o.size.map_or(Ok((0, 0)), |s| side(s, Arrangement::LatLong))?;

@@ -210,7 +210,7 @@ pub static ENGINES: [Engine; 12] = [
     },
     Engine {
         name: "unreal",
-        doc: "Unreal (captures filter by themselves): DDS cube over (x, z, y), lat-long .hdr, its centre looks to -Z; with --levels a chain, r = 2^((m - N + 3)/1.2)",
+        doc: "Unreal (captures filter by themselves): DDS cube over (x, z, y), lat-long .hdr, its centre looks to -Z; with `levels` a chain, r = 2^((m - N + 3)/1.2)",
         files: Files::LatLong { image: "{}.hdr", half: false, cube: Some("{}.dds") },
         format: TexelFormat::Rgba16f,
         size: 512,

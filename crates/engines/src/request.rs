@@ -158,16 +158,16 @@ impl Request {
     /// Refuses parameters that nothing would come of.
     pub(crate) fn check_options(&self) -> Result<(), EngineError> {
         if let (Some(m), 0) = (self.method.0, self.check) {
-            let why = format!("--method {}: its error has no bound; give --check 1 or more", m.name());
+            let why = format!("`method` {}: its error has no bound; give `check` 1 or more", m.name());
             return Err(EngineError::Request(why));
         }
         let chain = self.engine.is_some() || self.levels.is_some();
         let (takes, by): (&[&str], _) = match self.kernel.as_str() {
             _ if self.engine.is_some() => {
-                (&[], "--profile: its levels go over the roughness by themselves".into())
+                (&[], "`profile`: its levels go over the roughness by themselves".into())
             }
-            _ if chain => (&[], "--levels: they go over the roughness by themselves".into()),
-            k => (parameters(k), format!("--kernel {k}")),
+            _ if chain => (&[], "`levels`: they go over the roughness by themselves".into()),
+            k => (parameters(k), format!("`kernel` {k}")),
         };
         let given = [
             ("perceptual-roughness", self.perceptual_roughness.is_some()),
@@ -186,7 +186,7 @@ impl Request {
             let texture = Container::of_name(&self.output).is_some();
             return match self.format {
                 Some(f) if !texture => Err(EngineError::Request(format!(
-                    "{}: --format {} is for .ktx2, .ktx and .dds",
+                    "{}: `format` {} is for .ktx2, .ktx and .dds",
                     self.output.display(),
                     f.name()
                 ))),
@@ -194,11 +194,11 @@ impl Request {
             };
         };
         if self.kernel != Self::KERNEL {
-            let why = format!("--kernel {}: the files of a profile are of {}", self.kernel, Self::KERNEL);
+            let why = format!("`kernel` {}: the files of a profile are of {}", self.kernel, Self::KERNEL);
             return Err(EngineError::Request(why));
         }
         let refused = |f: TexelFormat, why: &str| {
-            let why = format!("--profile {}: --format {}: {why}", engine.name, f.name());
+            let why = format!("`profile` {}: `format` {}: {why}", engine.name, f.name());
             Err(EngineError::Request(why))
         };
         match (engine.files, self.format) {
@@ -218,7 +218,7 @@ impl Request {
         if plan.size.0 > 0 && bytes > u128::from(most) {
             let (w, h) = plan.size;
             return Err(EngineError::Failed(format!(
-                "--size {w}x{h}: the levels need {} MiB, beyond the limit of {} MiB (--max-memory raises it)",
+                "`size` {w}x{h}: the levels need {} MiB, beyond the limit of {} MiB (`max-memory` raises it)",
                 bytes >> 20,
                 most >> 20
             )));
@@ -235,16 +235,16 @@ impl Request {
 /// Refuses a chain that the engine does not take.
 pub(crate) fn check_levels(engine: &Engine, size: usize, levels: usize) -> Result<(), EngineError> {
     let refused = |option: &str, value: usize, why: String| {
-        Err(EngineError::Request(format!("--profile {}: {option} {value}: {why}", engine.name)))
+        Err(EngineError::Request(format!("`profile` {}: {option} {value}: {why}", engine.name)))
     };
     if size < engine.least {
         let why = format!("its first level has {} texels a side or more", engine.least);
-        return refused("--size", size, why);
+        return refused("`size`", size, why);
     }
     if engine.last_fixed && size >> (levels - 1) != engine.last {
         let texels = if engine.last == 1 { "texel" } else { "texels" };
-        let why = format!("its last level has {} {texels} a side; leave --levels out", engine.last);
-        return refused("--levels", levels, why);
+        let why = format!("its last level has {} {texels} a side; leave `levels` out", engine.last);
+        return refused("`levels`", levels, why);
     }
     Ok(())
 }
@@ -279,8 +279,8 @@ mod tests {
     #[test]
     fn chains_that_an_engine_does_not_take_are_refused_by_option() {
         let levels = |engine, size, levels| check_levels(Engine::find(engine).expect("known"), size, levels);
-        assert!(levels("three", 64, 4).is_err_and(|e| e.to_string().contains("--size 64")));
-        assert!(levels("three", 256, 3).is_err_and(|e| e.to_string().contains("--levels 3")));
+        assert!(levels("three", 64, 4).is_err_and(|e| e.to_string().contains("`size` 64")));
+        assert!(levels("three", 256, 3).is_err_and(|e| e.to_string().contains("`levels` 3")));
         assert!(levels("three", 256, 6).is_ok() && levels("khronos", 32, 1).is_ok());
         assert!(levels("babylon", 64, 6).is_err_and(|e| e.to_string().contains("1 texel a side")));
         assert!(levels("babylon", 64, 7).is_ok());

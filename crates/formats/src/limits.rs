@@ -71,7 +71,7 @@ impl Limits {
     pub fn memory(&self, path: &Path, bytes: u128, file_bytes: u64) -> Result<(), FormatError> {
         if bytes > u128::from(self.max_memory) {
             let why = format!(
-                "decoding needs {} MiB, beyond the limit of {} MiB (--max-memory raises it)",
+                "decoding needs {} MiB, beyond the limit of {} MiB (`max-memory` raises it)",
                 bytes >> 20,
                 self.max_memory >> 20
             );
@@ -94,7 +94,7 @@ impl Limits {
         if bytes > u128::from(most) {
             let why = format!(
                 "{file_bytes} bytes claim to hold {} MiB; more than {BACKED} times as many are decoded up to {} MiB alone \
-                 (--max-memory raises it)",
+                 (`max-memory` raises it)",
                 bytes >> 20,
                 most >> 20
             );
@@ -115,7 +115,7 @@ mod tests {
         let why = |w, h, n| l.image(p, w, h, 3, n).unwrap_err().to_string();
         assert!(why(0, 4, 9).contains("empty"));
         assert!(why(1 << 31, 1 << 31, 9).contains("65536 pixels a side"));
-        assert!(why(1 << 16, 1 << 16, 1 << 40).contains("--max-memory"));
+        assert!(why(1 << 16, 1 << 16, 1 << 40).contains("`max-memory`"));
         assert!(why(10_000, 10_000, 9).contains("truncated or damaged"));
         // A flat image of 8k is decoded, one of 20k only where the limit was raised.
         assert!(l.image(p, 8192, 4096, 3, 40_000).is_ok());

@@ -178,7 +178,7 @@ mod tests {
         assert_eq!(read(b"1\n\xff 0 0 1\n").expect_err("bytes").to_string(), "a.lp: line 2: not UTF-8 text");
         let few = Limits { max_memory: 20, ..Limits::default() };
         let e = decode_lp(Path::new("a.lp"), b"1\na 0 0 1\n", &few).expect_err("memory");
-        assert!(e.to_string().contains("--max-memory"), "{e}");
+        assert!(e.to_string().contains("`max-memory`"), "{e}");
     }
 
     #[test]

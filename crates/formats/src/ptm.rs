@@ -475,7 +475,7 @@ mod tests {
         refused(&[&lrgb()[..], &[0, 0]].concat(), "2 bytes follow its texels");
         let few = Limits { max_memory: 111, ..Limits::default() };
         let e = decode_ptm(Path::new(NAME), &lrgb(), &few).expect_err("28 bytes a texel");
-        assert!(e.to_string().contains("--max-memory"), "{e}");
+        assert!(e.to_string().contains("`max-memory`"), "{e}");
     }
 
     #[test]

@@ -5,22 +5,22 @@
 pub enum GpuError {
     /// No Vulkan, Metal or DX12 adapter.
     #[error(
-        "no GPU adapter: {0}; install a Vulkan driver (Debian: mesa-vulkan-drivers) or use --backend cpu"
+        "no GPU adapter: {0}; install a Vulkan driver (Debian: mesa-vulkan-drivers) or use `backend` cpu"
     )]
     NoAdapter(String),
     /// The adapter gives no device, or lacks a required feature.
-    #[error("the GPU cannot be used: {0}; try --backend cpu")]
+    #[error("the GPU cannot be used: {0}; try `backend` cpu")]
     Device(String),
     /// A technique's data or a picture exceeds the GPU's memory or limits.
     #[error(
-        "the GPU is out of memory or beyond its limits: {0}; use smaller tables, a smaller picture, or --backend cpu"
+        "the GPU is out of memory or beyond its limits: {0}; use smaller tables, a smaller picture, or `backend` cpu"
     )]
     Memory(String),
     /// A scene that contradicts itself.
     #[error("the scene cannot be drawn: {0}")]
     Scene(String),
     /// The device went away.
-    #[error("the GPU was lost: {0}; start again, or use --backend cpu")]
+    #[error("the GPU was lost: {0}; start again, or use `backend` cpu")]
     Lost(String),
     /// A shader or call that the GPU refused: a defect of Steradian.
     #[error("the GPU refused '{what}': {why}")]
@@ -60,7 +60,7 @@ mod tests {
         let refused = of(wgpu::Error::Validation { source: "no".into(), description });
         let all = [
             (GpuError::NoAdapter("none found".into()), "mesa-vulkan-drivers"),
-            (GpuError::Device("it lacks compute shaders".into()), "--backend cpu"),
+            (GpuError::Device("it lacks compute shaders".into()), "`backend` cpu"),
             (memory, "smaller"),
             (GpuError::Lost("given back".into()), "start again"),
             (refused, "first line second line"),

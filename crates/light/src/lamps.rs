@@ -155,7 +155,7 @@ fn entry(entry: &serde_json::Map<String, Json>, infos: &[ParamInfo]) -> ParamVal
 pub(crate) fn lamps(text: &str) -> Result<Vec<Lamp>, String> {
     let document: Json = serde_json::from_str(text).map_err(|e| format!("not JSON: {e}"))?;
     let all = document.get("lights").and_then(Json::as_array);
-    let all = all.ok_or("has no list 'lights'; --extract-sun writes such files")?;
+    let all = all.ok_or("has no list 'lights'; `extract-sun` writes such files")?;
     let one = |(i, v): (usize, &Json)| {
         let entry = v.as_object().ok_or_else(|| format!("lights[{i}] is not an object"))?;
         let kind = entry.get("kind").and_then(Json::as_str).unwrap_or("disk");

@@ -116,7 +116,7 @@ impl Stats {
             out.push("nearly all energy lies in bands 0 to 2: nine coefficients describe this light".into());
         }
         if self.negative_count > 0 {
-            out.push(format!("{} negative samples: --negative zero removes them", self.negative_count));
+            out.push(format!("{} negative samples: `negative` zero removes them", self.negative_count));
         }
         let peak = self.max.iter().copied().fold(0.0f32, f32::max);
         if peak > 65504.0 {

@@ -96,7 +96,7 @@ impl std::fmt::Display for Chosen {
             write!(f, "; silhouettes may show rings and specks: {:.0} % at grazing views", 100.0 * g)?;
         }
         if *automatic && picture.unwrap_or(*error) > VISIBLE {
-            write!(f, "; --technique reference is exact, and slow")?;
+            write!(f, "; `technique` reference is exact, and slow")?;
         }
         Ok(())
     }
@@ -304,7 +304,7 @@ impl Session {
         };
         if self.backend == Backend::Gpu {
             return Err(Error::usage(format!(
-                "{why}: name a technique, or use --backend cpu for the reference"
+                "{why}: name a technique, or use `backend` cpu for the reference"
             )));
         }
         self.say(choice);

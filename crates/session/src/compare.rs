@@ -218,7 +218,7 @@ impl Session {
         let (scene, camera) = (case.scene, case.camera);
         let start = Instant::now();
         if plan.paths && scene.materials.iter().any(|m| !m.planes.is_empty()) {
-            let why = "paths know one reflectance of a material: leave out --path beside images of a technique's numbers";
+            let why = "paths know one reflectance of a material: leave out `path` beside images of a technique's numbers";
             return Err(Error::usage(why));
         }
         let (reference, certificate) = if plan.paths {

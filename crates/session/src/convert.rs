@@ -108,11 +108,11 @@ impl Session {
         let cube = files.len() > 1 || texture;
         let layout = r.to.unwrap_or(if cube { Arrangement::Cube } else { Arrangement::of(image.layout) });
         if cube && layout != Arrangement::Cube {
-            let why = "holds cube faces; --to is another layout";
+            let why = "holds cube faces; `to` is another layout";
             return Err(Error::usage(format!("{}: {why}", r.output.display())));
         }
         self.check()?;
-        let side = |s| layout.side(s).map_err(|e| Error::usage(format!("--size: {e}")));
+        let side = |s| layout.side(s).map_err(|e| Error::usage(format!("`size`: {e}")));
         let image = layout.shaped(image, r.size.map(side).transpose()?);
         let (mut size, mut report) = ((image.width, image.height), WriteReport::default());
         let share = share_beyond(&image, r.largest());
@@ -136,7 +136,7 @@ impl Session {
     /// The input, turned and scaled, without its suns.
     fn sunless(&mut self, r: &Request) -> Result<(SphereImage, Option<Taken>), Error> {
         if r.level > 0 {
-            return Err(Error::usage("--extract-sun takes level 0"));
+            return Err(Error::usage("`extract-sun` takes level 0"));
         }
         let mut lights = self.light(&r.input, &r.adjust)?;
         let taken = suns::take(&mut lights);

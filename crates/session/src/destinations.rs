@@ -93,7 +93,7 @@ pub fn check_replaced(path: &Path, mark: &str, limits: &Limits) -> Result<(), Er
         Some(m) => (m.split(" sha256:").next().unwrap_or(m).to_string(), "was made from"),
         None => ("of what light it is".into(), "does not say"),
     };
-    let why = format!("{what} {from}, and would be replaced: give --name, or another folder");
+    let why = format!("{what} {from}, and would be replaced: give `name`, or another folder");
     Err(Error::usage(format!("{}: {why}", path.display())))
 }
 
@@ -148,15 +148,15 @@ mod tests {
         assert_eq!(code(all.file("-o", &at("file/a.exr"))), 1);
         assert_eq!(code(all.file("-o", d.path())), 1);
         assert_eq!(code(all.file("-o", &at("a.exr"))), 0);
-        assert_eq!(code(all.file("--extract-sun", &at("./a.exr"))), 2);
+        assert_eq!(code(all.file("`extract-sun`", &at("./a.exr"))), 2);
         assert_eq!(code(all.folder(&at("file"), true)), 1);
         assert_eq!(code(all.folder(&at("file/deep"), true)), 1);
         assert_eq!(code(all.folder(&at("none/out"), false)), 1);
         assert_eq!(code(all.folder(&at("none/out"), true)), 0);
         assert_eq!(code(all.folder(&at("out"), false)), 0);
-        assert_eq!(code(all.file("--extract-sun", &at("out/suns.json"))), 0);
-        assert_eq!(code(all.file("--extract-sun", &at("out/suns.ktx2"))), 2);
-        assert_eq!(code(all.file("--extract-sun", &at("out"))), 2);
-        assert_eq!(code(all.file("--extract-sun", Path::new("-"))), 0);
+        assert_eq!(code(all.file("`extract-sun`", &at("out/suns.json"))), 0);
+        assert_eq!(code(all.file("`extract-sun`", &at("out/suns.ktx2"))), 2);
+        assert_eq!(code(all.file("`extract-sun`", &at("out"))), 2);
+        assert_eq!(code(all.file("`extract-sun`", Path::new("-"))), 0);
     }
 }

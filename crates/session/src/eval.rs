@@ -34,7 +34,7 @@ const REFERENCE_TOLERANCE: f64 = 1e-4;
 
 /// Message where a method does not take a separate technique for local light.
 const LOCAL_ALONE: &str = "a local technique stands beside a technique: the reference, path and saved bakes have their own \
-                           light; leave --local out, or name a --technique";
+                           light; leave `local` out, or name a `technique`";
 
 /// Surface points and the directions in which they are seen; all vectors are of one length, and unit.
 #[derive(Debug, Clone, Default)]
@@ -220,7 +220,7 @@ impl Session {
         Ok(match &request.method {
             Method::Path | Method::File(_) if request.probes.is_some() => {
                 let slug = request.method.slug();
-                return Err(Error::usage(format!("{slug} has its own light: leave --probes out")));
+                return Err(Error::usage(format!("{slug} has its own light: leave `probes` out")));
             }
             Method::Reference | Method::Path | Method::File(_) if request.local.is_some() => {
                 return Err(Error::usage(LOCAL_ALONE));
@@ -229,7 +229,7 @@ impl Session {
             Method::Path => paths::points(request, points, self.paths, self)?,
             _ if request.lookup.is_some() => {
                 return Err(Error::usage(
-                    "--lookup belongs to --technique reference; techniques fix their own lookup",
+                    "`lookup` belongs to `technique` reference; techniques fix their own lookup",
                 ));
             }
             Method::Technique(t) => {
@@ -264,7 +264,7 @@ impl Session {
 
 fn reference(r: &Request, q: &Points, session: &Session) -> Result<Answers, Error> {
     if !r.params.0.is_empty() {
-        return Err(Error::usage("the reference takes no --param"));
+        return Err(Error::usage("the reference takes no `param`"));
     }
     let reference = Reference::new(&r.lights, r.lookup.unwrap_or(Lookup::Constant), &session.task)?;
     let points: Vec<ReferencePoint> = (0..q.n.len())
@@ -462,9 +462,9 @@ fn shade(bake: &dyn AnyBake, direct: Option<OtherLights<'_>>, q: &Points, points
 fn geometry(technique: &dyn AnyTechnique, r: &Request, q: &Points) -> Result<Option<Geometry>, Error> {
     let (card, sited) = (technique.card(), technique.needs_sites(&r.params));
     match (&r.mesh, &q.p) {
-        (None, _) if sited => Err(Error::usage(format!("{} bakes on a mesh: give --mesh", card.slug))),
+        (None, _) if sited => Err(Error::usage(format!("{} bakes on a mesh: give `mesh`", card.slug))),
         (Some(_), None) if sited => {
-            Err(Error::input("the points need positions (columns px,py,pz) with --mesh"))
+            Err(Error::input("the points need positions (columns px,py,pz) with `mesh`"))
         }
         (Some(mesh), Some(p)) if sited => {
             let sites = Sites::Points {

@@ -214,7 +214,7 @@ impl Method {
         if let Some((name, params)) = slug.split_once(':')
             && steradian_techniques::find(name).is_some()
         {
-            let each = params.split(',').map(|p| format!(" --param {}", brief(p)));
+            let each = params.split(',').map(|p| format!(" `param` {}", brief(p)));
             let each: String = each.take(8).collect();
             return Err(Error::usage(format!("parameters of {name} are given apart: {name}{each}")));
         }
@@ -329,7 +329,7 @@ impl Session {
         }?;
         // As it was captured: what `Probe::environment` adds for its harmonics may be negative in places.
         let Some(image) = &probe.image else {
-            let why = "has harmonics alone: steradian probes --image captures images beside them";
+            let why = "has harmonics alone: probes captured with `image` have images beside them";
             return Err(Error::input(format!("{name}: {why}")));
         };
         let raster = Raster::rgb(image.width, image.height, image.planes.clone());
@@ -383,7 +383,7 @@ impl Session {
         }
         if level > 0 {
             return Err(Error::usage(format!(
-                "{spec}: has one level only; --level is for textures (.ktx2, .ktx, .dds)"
+                "{spec}: has one level only; `level` is for textures (.ktx2, .ktx, .dds)"
             )));
         }
         let loaded = load_files(files, &options)?;
@@ -583,7 +583,7 @@ mod tests {
         let why = |slug| Method::find(slug).err().map(|e| e.to_string()).unwrap_or_default();
         assert!(why("split:taps=4").starts_with("unknown technique"));
         let apart =
-            "parameters of split-sum are given apart: split-sum --param taps=4 --param multiscatter=on";
+            "parameters of split-sum are given apart: split-sum `param` taps=4 `param` multiscatter=on";
         assert_eq!(why("split-sum:taps=4,multiscatter=on"), apart);
     }
 }

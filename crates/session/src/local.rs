@@ -62,7 +62,7 @@ impl Local {
         }
         let technique = find_local(slug).ok_or_else(|| {
             if steradian_techniques::find(slug).is_some() {
-                let why = "shades environments: name it with --technique; local techniques are";
+                let why = "shades environments: name it with `technique`; local techniques are";
                 return Error::usage(format!("{slug} {why} {}", Self::slugs().join(", ")));
             }
             Error::usage(unknown("local technique", slug, &Self::slugs()))
@@ -548,7 +548,7 @@ mod tests {
         assert_eq!(l.label(), "banks_table:resolution=64,coordinate=cosine");
         for (spec, part) in [
             ("banks_tabel", "did you mean"),
-            ("shrm", "--technique"),
+            ("shrm", "`technique`"),
             ("banks_table:size=3", "size"),
             ("exact:rate=pixel", "local technique"),
             ("banks_table:resolution=1e9", "resolution"),
@@ -569,7 +569,7 @@ mod tests {
         for (method, local, part) in [
             ("sh_irradiance", "vertex_analytic", "rate=pixel"),
             ("sh_irradiance", "precomputed_visibility", "bounces=0,shadow=none"),
-            ("reference", "banks_table", "--local"),
+            ("reference", "banks_table", "`local`"),
         ] {
             let method = Method::find(method).expect("known");
             let local = Local::parse(local).expect("known");

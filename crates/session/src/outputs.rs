@@ -47,7 +47,7 @@ pub fn file_name(path: &Path) -> String {
 /// work, so that it is not done in vain.
 pub fn check_output(path: &Path, known: &[&str]) -> Result<(), Error> {
     if has_extension(path, known) {
-        return Destinations::default().file("--output", path);
+        return Destinations::default().file("`output`", path);
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let there_are: Vec<String> = known.iter().map(|k| format!(".{k}")).collect();
@@ -62,7 +62,7 @@ pub fn check_output(path: &Path, known: &[&str]) -> Result<(), Error> {
 pub fn check_format(format: Option<TexelFormat>, path: &Path) -> Result<(), Error> {
     match format {
         Some(f) if Container::of_name(path).is_none() => Err(Error::usage(format!(
-            "{}: --format {} is for .ktx2, .ktx and .dds",
+            "{}: `format` {} is for .ktx2, .ktx and .dds",
             path.display(),
             f.name()
         ))),

@@ -178,10 +178,10 @@ impl Sum {
 /// the settings.
 pub(crate) fn points(r: &Request, q: &Points, paths: Paths, session: &Session) -> Result<Answers, Error> {
     if !r.params.0.is_empty() {
-        return Err(Error::usage("the path tracer takes no --param: see --bounces and --noise"));
+        return Err(Error::usage("the path tracer takes no `param`: see `bounces` and `noise`"));
     }
     let mesh = r.mesh.as_ref();
-    let mesh = mesh.ok_or_else(|| Error::usage("path traces rays through a mesh: give one with --mesh"))?;
+    let mesh = mesh.ok_or_else(|| Error::usage("path traces rays through a mesh: give one with `mesh`"))?;
     let places = q.p.as_ref();
     let places =
         places.ok_or_else(|| Error::usage("path needs the columns px,py,pz: where the points lie"))?;

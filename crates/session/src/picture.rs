@@ -80,7 +80,7 @@ impl Session {
         mut each: impl FnMut(&mut Self, usize, &mut Picture) -> Result<(), Error>,
     ) -> Result<Outcome<Option<Picture>>, Error> {
         if scene.probes.is_some() {
-            return Err(Error::usage("light fields are shaded one picture at a time: leave --orbit out"));
+            return Err(Error::usage("light fields are shaded one picture at a time: leave `orbit` out"));
         }
         let camera = scene.camera_or_framed()?;
         let mut scene = scene.staged(&camera, &scene.sited(), &self.task)?.into_owned();

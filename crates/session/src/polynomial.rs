@@ -93,7 +93,7 @@ impl Session {
         if kind == PolynomialKind::Lrgb && sums.lost > TOLD {
             self.say(format_args!(
                 "{}: colours change with the light, of which one colour a texel loses {:.1} %: polynomials of red, green and blue keep them \
-                 (--ptm rgb)",
+                 (`ptm` rgb)",
                 list.display(),
                 100.0 * sums.lost
             ));
@@ -185,7 +185,7 @@ impl Session {
                     if need > self.task.max_memory() {
                         let why =
                             format!("sums over photographs of {w} x {h} texels take {} MiB", need >> 20);
-                        return Err(Error::failed(format!("{}: {why}: raise --max-memory", list.display())));
+                        return Err(Error::failed(format!("{}: {why}: raise `max-memory`", list.display())));
                     }
                 }
                 let (size, _) =

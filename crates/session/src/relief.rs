@@ -65,7 +65,7 @@ impl Session {
         let need = (16 * layers * texels) as u64;
         if need > task.max_memory() {
             let why = format!("{layers} layers of {width} x {height} texels take {} MiB", need >> 20);
-            return Err(Error::failed(format!("{}: {why}: raise --max-memory", file.display())));
+            return Err(Error::failed(format!("{}: {why}: raise `max-memory`", file.display())));
         }
         let mut level = vec![0.0; 4 * layers * texels];
         let mut put = |texel: usize, k: usize, v: f32| level[4 * (k / 4 * texels + texel) + k % 4] = v;

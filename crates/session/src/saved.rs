@@ -13,7 +13,7 @@ impl Session {
     pub fn saved_bake(&mut self, path: &Path, adjust: &Adjust) -> Result<SavedBake, Error> {
         if adjust.light_exposure != 0.0 {
             return Err(Error::usage(
-                "--light-exposure: a bake holds its light as it was scaled; bake again",
+                "`light-exposure`: a bake holds its light as it was scaled; bake again",
             ));
         }
         let mut file = SavedBake::read(path, &self.limits())?;
@@ -80,7 +80,7 @@ pub(crate) fn check_mesh(file: &SavedBake, bake: &dyn AnyBake, mesh: &Mesh) -> R
 /// Refuses data per vertex where no mesh is.
 pub(crate) fn for_any_mesh(file: &SavedBake) -> Result<(), Error> {
     if file.technique.needs_sites(&file.open()?.params()) {
-        let why = "holds data for the vertices of one mesh: render shades them; at points, give --technique and --mesh";
+        let why = "holds data for the vertices of one mesh: render shades them; at points, give `technique` and `mesh`";
         return Err(Error::usage(format!("{}: {why}", file.path.display())));
     }
     Ok(())

@@ -39,7 +39,7 @@ pub fn check_table(path: &Path, format: Option<TexelFormat>) -> Result<usize, Er
     check_output(path, &[IMAGES.as_slice(), &Container::EXTENSIONS, &TEXTS].concat())?;
     check_format(format, path)?;
     if let Some(f) = format.filter(|f| !matches!(f, TexelFormat::Rgba16f | TexelFormat::Rgba32f)) {
-        return Err(Error::usage(format!("--format {}: tables are rgba16f or rgba32f", f.name())));
+        return Err(Error::usage(format!("`format` {}: tables are rgba16f or rgba32f", f.name())));
     }
     Ok(if language(path).is_some() { 32 } else { 128 })
 }

@@ -275,7 +275,7 @@ impl Session {
             Some(a) => base.iter().map(|b| [0, 1, 2].map(|c| a[c] * b[c])).collect(),
             None if request.settings.bounces <= 1 => vec![[0.0; 3]],
             None if base.is_empty() => {
-                return Err(Error::usage(format!("{spec} has no base colours: say --albedo with --bounces")));
+                return Err(Error::usage(format!("{spec} has no base colours: say `albedo` with `bounces`")));
             }
             None => base,
         };

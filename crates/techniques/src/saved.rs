@@ -169,11 +169,11 @@ impl SavedBake {
         let path = if path.is_dir() { path.join(IN_FOLDER) } else { path.into() };
         let bad = |why: &str| SavedError::Invalid { path: path.clone(), why: why.into() };
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx2")) {
-            return Err(bad("a texture holds a bake's maps only: --bake takes a .safetensors file"));
+            return Err(bad("a texture holds a bake's maps only: `bake` takes a .safetensors file"));
         }
         let tensors = read_tensors(&path, limits).map_err(|e| match e {
             FormatError::Invalid { .. } if !is_named_so(&path) => {
-                bad("is no bake: --bake takes a .safetensors file of steradian bake, or the folder of one")
+                bad("is no bake: `bake` takes a .safetensors file of steradian bake, or the folder of one")
             }
             e => e.into(),
         })?;
@@ -182,7 +182,7 @@ impl SavedBake {
         };
         if crate::find_local(slug).is_some() {
             return Err(bad(&format!(
-                "a bake of {slug}, for directional and point lights: --local takes it"
+                "a bake of {slug}, for directional and point lights: `local` takes it"
             )));
         }
         let Some(technique) = crate::find(slug) else {
@@ -285,7 +285,7 @@ impl SavedLocal {
     pub fn of(path: &Path, tensors: TensorFile) -> Result<Self, SavedError> {
         let bad = |why: String| SavedError::Invalid { path: path.into(), why };
         let Some(slug) = tensors.metadata.get(TECHNIQUE) else {
-            return Err(bad("holds tensors but no bake: steradian bake --local writes one".into()));
+            return Err(bad("holds tensors but no bake: a bake with `local` writes one".into()));
         };
         let Some(technique) = crate::find_local(slug) else {
             return Err(bad(format!(

@@ -49,8 +49,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let renderers = renderers(context)?;
     let plan = Plan { size: [o.size.0, o.size.1], noise: o.noise, only: o.technique };
     let atlas = context.atlas(&plan, &renderers)?;
-    context.write_text(Some(&page), &atlas.html()?)?;
-    context.write_text(Some(&numbers), &atlas.csv())?;
+    context.write_words(Some(&page), &atlas.html()?)?;
+    context.write_words(Some(&numbers), &atlas.csv())?;
     if context.common.json {
         context.print_json(atlas.document())?;
     } else {

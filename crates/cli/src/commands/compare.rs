@@ -122,16 +122,16 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         context.write_display(path, &sheet(&short(&o.mesh), &findings).draw(), Vec::new())?;
     }
     if let Some(path) = &o.html {
-        context.write_text(Some(path), &html(&short(&o.mesh), &findings)?)?;
+        context.write_words(Some(path), &html(&short(&o.mesh), &findings)?)?;
     }
     if let Some(path) = &o.table {
         let tex = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tex"));
-        context.write_text(Some(path), &if tex { latex(&findings) } else { csv(&findings) })?;
+        context.write_words(Some(path), &if tex { latex(&findings) } else { csv(&findings) })?;
     }
     if context.common.json {
         context.print_json(document(&findings))?;
     } else {
-        context.print(&table(&findings))?;
+        context.print_words(&table(&findings))?;
     }
     gate(&o, &findings)
 }

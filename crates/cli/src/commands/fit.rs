@@ -92,7 +92,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         let fits: Vec<Value> = done.iter().map(|f| f.document(o.tolerance)).collect();
         context.print_json(json!({ "fits": fits }))?;
     } else {
-        context.print(&table(&done))?;
+        context.print_words(&table(&done))?;
     }
     let missed = o.tolerance.and_then(|t| done.iter().find_map(|f| f.missed(t)));
     missed.map_or(Ok(()), |why| Err(Failure::missed(why)))

@@ -52,7 +52,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         }
         return context.print_json(document);
     }
-    context.print(&report.text())
+    context.print_words(&report.text())
 }
 
 /// The report on a reflectance, beside what is drawn of it.

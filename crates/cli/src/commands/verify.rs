@@ -82,7 +82,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if context.common.json {
         context.print_json(found.document())?;
     } else {
-        context.print(&found.text())?;
+        context.print_words(&found.text())?;
     }
     // What they are is on standard output.
     let file = found.file.as_deref().unwrap_or_default();

@@ -78,7 +78,7 @@ impl<'a> Source<'a> {
                 Ok(())
             }
             None => Err(self.fault(format_args!(
-                "{count} items of {size} bytes exceed the memory limit of {} MiB for {} bytes (--max-memory raises it)",
+                "{count} items of {size} bytes exceed the memory limit of {} MiB for {} bytes (`max-memory` raises it)",
                 self.most() >> 20,
                 self.read
             ))),

@@ -24,7 +24,7 @@ fn csv_columns() -> Bomb {
 
 /// Rows of two bytes, of which each becomes a hundred.
 fn csv_rows() -> Bomb {
-    refused("rows.csv", ["x\n", &"1\n".repeat(4_000_000)].concat().into_bytes(), "--max-memory")
+    refused("rows.csv", ["x\n", &"1\n".repeat(4_000_000)].concat().into_bytes(), "`max-memory`")
 }
 
 fn csv_line() -> Bomb {
@@ -53,18 +53,18 @@ fn tensors_many() -> Bomb {
 /// 2^31 texels in a file of a hundred bytes.
 fn ptm_claims() -> Bomb {
     let head = "PTM_1.2\nPTM_FORMAT_RGB\n65536\n32768\n1 1 1 1 1 1\n0 0 0 0 0 0\n";
-    refused("claims.ptm", head.as_bytes().to_vec(), "--max-memory")
+    refused("claims.ptm", head.as_bytes().to_vec(), "`max-memory`")
 }
 
 /// Bytes of which each becomes four.
 fn ptm_texels() -> Bomb {
     let head = "PTM_1.2\nPTM_FORMAT_RGB\n1000\n1000\n1 1 1 1 1 1\n0 0 0 0 0 0\n";
-    refused("texels.ptm", [head.as_bytes(), &vec![1; 18_000_000]].concat(), "--max-memory")
+    refused("texels.ptm", [head.as_bytes(), &vec![1; 18_000_000]].concat(), "`max-memory`")
 }
 
 /// Lines of eight bytes, of which each becomes a light.
 fn lp_lines() -> Bomb {
-    refused("lines.lp", ["2000000\n", &"a 0 0 1\n".repeat(2_000_000)].concat().into_bytes(), "--max-memory")
+    refused("lines.lp", ["2000000\n", &"a 0 0 1\n".repeat(2_000_000)].concat().into_bytes(), "`max-memory`")
 }
 
 fn lp_empty() -> Bomb {

@@ -262,7 +262,7 @@ pub fn from_raster(name: &str, raster: Raster, options: &LoadOptions) -> Result<
     report.layout_stated = layout.is_some();
     let Some(layout) = layout.or_else(|| assemble::guess(pixels.width, pixels.height)) else {
         let why = format!(
-            "{} x {} pixels: no layout has this shape (lat-long 2:1, probe 1:1, cross 4:3 or 3:4, strip 6:1 or 1:6); name it with --layout",
+            "{} x {} pixels: no layout has this shape (lat-long 2:1, probe 1:1, cross 4:3 or 3:4, strip 6:1 or 1:6); name it with `layout`",
             pixels.width, pixels.height
         );
         return Err(LightError::invalid(name, why));

@@ -168,8 +168,8 @@ fn geometry(request: &Request, session: &mut Session) -> Result<Option<Geometry>
     let card = request.technique.card();
     match (&request.mesh, request.technique.needs_sites(&request.params)) {
         (None, false) => Ok(None),
-        (None, true) => Err(Error::usage(format!("{} bakes on a mesh: give --mesh", card.slug))),
-        (Some(_), false) => Err(Error::usage(format!("{} bakes no mesh: leave --mesh out", card.slug))),
+        (None, true) => Err(Error::usage(format!("{} bakes on a mesh: give `mesh`", card.slug))),
+        (Some(_), false) => Err(Error::usage(format!("{} bakes no mesh: leave `mesh` out", card.slug))),
         (Some(mesh), true) => {
             if request.transfer.is_some() {
                 check_reads(request.technique, &request.params)?;

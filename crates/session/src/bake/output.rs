@@ -47,8 +47,8 @@ impl Output {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             _ if path.is_dir() => places.folder(path, false).map(|()| Self::Folder(path.into())),
-            Some("safetensors") => places.file("--output", path).map(|()| Self::Tensors(path.into())),
-            Some("ktx2") => places.file("--output", path).map(|()| Self::Texture(path.into())),
+            Some("safetensors") => places.file("`output`", path).map(|()| Self::Tensors(path.into())),
+            Some("ktx2") => places.file("`output`", path).map(|()| Self::Texture(path.into())),
             None => places.folder(path, false).map(|()| Self::Folder(path.into())),
             Some(e) => Err(Error::usage(format!(
                 "{}: cannot write '.{e}' files; use .safetensors, .ktx2, or a folder's name",

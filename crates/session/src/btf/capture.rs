@@ -133,13 +133,13 @@ impl Surface {
             }
         }
         if !(self.relief.is_finite() && (0.0..=10.0).contains(&self.relief)) {
-            return Err(Error::usage(format!("--relief {}: give 0 to 10", self.relief)));
+            return Err(Error::usage(format!("`relief` {}: give 0 to 10", self.relief)));
         }
         if self.bounces == 0 || self.samples == 0 {
-            return Err(Error::usage("--bounces and --samples are 1 at least"));
+            return Err(Error::usage("`bounces` and `samples` are 1 at least"));
         }
         if self.bounces > 1 && self.samples < 2 {
-            return Err(Error::usage("reflections are random: --bounces above 1 needs --samples 2 or more"));
+            return Err(Error::usage("reflections are random: `bounces` above 1 needs `samples` 2 or more"));
         }
         Ok(())
     }
@@ -208,7 +208,7 @@ impl Session {
         let bytes = texels.saturating_mul(24 * s.lights as u64 + 400);
         if bytes > self.task.max_memory() {
             let why = format!("{width} x {height} texels under {} lights take {} MiB", s.lights, bytes >> 20);
-            return Err(Error::failed(format!("{name}: {why}: raise --max-memory")));
+            return Err(Error::failed(format!("{name}: {why}: raise `max-memory`")));
         }
         let scale = s.relief * width as f64;
         let z = heights.into_iter().map(|v| (f64::from(v) * scale) as f32).collect();
@@ -234,7 +234,7 @@ impl Session {
         let size = (stage.field.width(), stage.field.height());
         let bytes = (size.0 * size.1) as u64 * (6 * s.views * s.lights) as u64;
         if bytes > self.task.max_memory() {
-            return Err(Error::failed(format!("the function takes {} MiB: raise --max-memory", bytes >> 20)));
+            return Err(Error::failed(format!("the function takes {} MiB: raise `max-memory`", bytes >> 20)));
         }
         let mut btf = Btf::new(size, &stage.views, &stage.lights, true).map_err(Error::failed)?;
         self.task.begin("photographs", s.views as u64);

@@ -129,7 +129,7 @@ impl Session {
                 list.pictures.len(),
                 bytes >> 20
             );
-            return Err(Error::failed(format!("{}: {why}: raise --max-memory", path.display())));
+            return Err(Error::failed(format!("{}: {why}: raise `max-memory`", path.display())));
         }
         let made = Btf::new((width, height), &pairing.views, &pairing.lights, true);
         let mut btf = made.map_err(|e| fault(path, &list, e))?;

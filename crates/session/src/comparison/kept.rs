@@ -46,7 +46,7 @@ impl Kept {
         match document.get("results").and_then(Value::as_object) {
             Some(results) => Ok(Self { results: results.clone(), pictures, path }),
             None => {
-                let why = "holds no results of compare --resume: name another file";
+                let why = "holds no results that `resume` keeps: name another file";
                 Err(Error::input(format!("{}: {why}", path.display())))
             }
         }

@@ -104,21 +104,21 @@ impl Session {
         let o = request;
         let bakes = bakes(o, self)?;
         if !bakes.is_empty() && (!o.lights.is_empty() || o.local.is_some()) {
-            return Err(Error::usage("--bake: has its own light; leave --light and --local out"));
+            return Err(Error::usage("`bake`: has its own light; leave `light` and `local` out"));
         }
         let methods = methods(o, &bakes)?;
         let reads = |m: &Method| matches!(m, Method::Technique(t) if t.reads_transfer(&o.params));
         if o.transfer.is_some() && (is_scene_file(&o.model) || !methods.iter().any(reads)) {
             let why = "belongs to a mesh, and to a technique that takes it, such as prt_diffuse";
-            return Err(Error::usage(format!("--transfer: {why}")));
+            return Err(Error::usage(format!("`transfer`: {why}")));
         }
         if o.plan.paths {
             // Suns are shaded exactly under techniques with self-shadowing, and shadowed by rays, as paths
             // are.
             self.suns = Suns::Exact;
         } else if !matches!(self.shadows, Shadows::Auto | Shadows::Off | Shadows::Lobe) {
-            let why = "the reference has no shadows: add --path, or give lobe, which shadows both";
-            return Err(Error::usage(format!("--shadows: {why}")));
+            let why = "the reference has no shadows: add `path`, or give lobe, which shadows both";
+            return Err(Error::usage(format!("`shadows`: {why}")));
         }
         let cases = if is_scene_file(&o.model) {
             scenes(o, &methods, self)?
@@ -209,7 +209,7 @@ fn bakes(o: &Request, session: &mut Session) -> Result<Vec<Arc<SavedBake>>, Erro
             && (light_as_baked(first, adjust).rotate, first.made.exposure)
                 != (light_as_baked(&file, adjust).rotate, file.made.exposure)
         {
-            let why = "its light was turned or scaled otherwise than that of the first --bake";
+            let why = "its light was turned or scaled otherwise than that of the first `bake`";
             return Err(Error::usage(format!("{}: {why}", path.display())));
         }
         out.push(Arc::new(file));
@@ -218,7 +218,7 @@ fn bakes(o: &Request, session: &mut Session) -> Result<Vec<Arc<SavedBake>>, Erro
         return Ok(out);
     }
     if o.environments.len() > 1 || o.brdfs.len() > 1 {
-        return Err(Error::usage("--bake: is of one light and one reflectance; give each once at most"));
+        return Err(Error::usage("`bake`: is of one light and one reflectance; give each once at most"));
     }
     Ok(out)
 }
@@ -237,7 +237,7 @@ fn methods(o: &Request, bakes: &[Arc<SavedBake>]) -> Result<Vec<Method>, Error> 
     for name in o.params.0.keys().chain(swept) {
         let has = |m: &Method| matches!(m, Method::Technique(t) if t.params().iter().any(|p| p.name == name));
         if !out.iter().any(has) {
-            return Err(Error::usage(format!("--param {name}: no technique that is compared has it")));
+            return Err(Error::usage(format!("`param` {name}: no technique that is compared has it")));
         }
     }
     out.extend(bakes.iter().cloned().map(Method::File));
@@ -294,7 +294,7 @@ fn meshes(
     let mut model = session.model(&o.model)?;
     if o.sweep.is_some() && (o.brdfs.is_empty() || !bakes.is_empty()) {
         return Err(Error::usage(
-            "--sweep varies a reflectance or its techniques: give --brdf, and no --bake",
+            "`sweep` varies a reflectance or its techniques: give `brdf`, and no `bake`",
         ));
     }
     let local = opened(o.local.as_ref(), session)?.flatten();
@@ -342,7 +342,7 @@ fn meshes(
         if !m.planes.is_empty() {
             let mesh = &mut model.mesh;
             if mesh.uvs.len() != mesh.positions.len() {
-                let why = "has no texture coordinates, which the images of --param need";
+                let why = "has no texture coordinates, which the images of `param` need";
                 return Err(Error::usage(format!("{}: {why}", o.model)));
             }
             make_tangents(std::slice::from_mut(mesh));
@@ -384,7 +384,7 @@ fn meshes(
 fn baked_brdf(file: &SavedBake) -> Result<(&str, SharedBrdf), Error> {
     let spec = &file.made.brdf;
     file.brdf().map(|brdf| (spec.as_str(), brdf)).ok_or_else(|| {
-        Error::usage(format!("{}: was baked of {spec}: name it with --brdf", file.path.display()))
+        Error::usage(format!("{}: was baked of {spec}: name it with `brdf`", file.path.display()))
     })
 }
 
@@ -393,7 +393,7 @@ fn baked_light(file: &SavedBake, o: &Request, session: &mut Session) -> Result<L
     let given = o.environments.first().map(String::as_str);
     session.light_of_bake(file, given, &o.adjust)?.ok_or_else(|| {
         let (name, light) = (file.path.display(), &file.made.environment);
-        Error::usage(format!("{name}: was baked from {light}: name it with --environment"))
+        Error::usage(format!("{name}: was baked from {light}: name it with `environment`"))
     })
 }
 
@@ -401,10 +401,10 @@ fn baked_light(file: &SavedBake, o: &Request, session: &mut Session) -> Result<L
 fn scenes(o: &Request, methods: &[Method], session: &mut Session) -> Result<Vec<Case>, Error> {
     if o.sweep.is_some() || o.results.is_some() {
         // Files that a scene file refers to are not part of its digest.
-        return Err(Error::usage("--sweep and --resume belong to a mesh or shape, not to a scene file"));
+        return Err(Error::usage("`sweep` and `resume` belong to a mesh or shape, not to a scene file"));
     }
     if !(o.brdfs.is_empty() && o.bakes.is_empty()) {
-        let why = "--brdf and --bake belong to a mesh; a scene file has materials";
+        let why = "`brdf` and `bake` belong to a mesh; a scene file has materials";
         return Err(Error::usage(why));
     }
     let lights =

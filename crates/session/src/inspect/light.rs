@@ -80,7 +80,7 @@ pub enum Advice {
     #[error("beyond the range of half floats (65504): write 32-bit floats")]
     BeyondHalf,
     /// There are negative samples.
-    #[error("negative samples are kept as data; --negative zero removes them")]
+    #[error("negative samples are kept as data; `negative` zero removes them")]
     Negative,
     /// Few coefficients suffice for diffuse light.
     #[error("9 SH coefficients hold {:.0} % of the energy below band {BANDS}; diffuse lighting needs no more", 100.0 * part)]

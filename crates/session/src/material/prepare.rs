@@ -111,11 +111,11 @@ impl Session {
         let lobe = self.shadows == Shadows::Lobe;
         let shadows = match method {
             Method::Technique(t) if lobe && t.self_shadowing(&material.params) => {
-                let why = "knows shadows itself; leave --shadows out, or give ray";
-                return Err(Error::usage(format!("--shadows lobe: {} {why}", method.label())));
+                let why = "knows shadows itself; leave `shadows` out, or give ray";
+                return Err(Error::usage(format!("`shadows` lobe: {} {why}", method.label())));
             }
             Method::Technique(_) if lobe && !lights.is_empty() => {
-                return Err(Error::usage("--shadows lobe: not beside --local; give --shadows ray"));
+                return Err(Error::usage("`shadows` lobe: not beside `local`; give `shadows` ray"));
             }
             Method::Technique(t)
                 if self.shadows.under(*t, &material.params)
@@ -285,7 +285,7 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
 }
 
 /// Message that refuses point lights for a technique with data per texel.
-pub(crate) const ONE_REFLECTANCE: &str = "point lights beside it have one reflectance everywhere: give a --local technique with data per texel, or leave them out";
+pub(crate) const ONE_REFLECTANCE: &str = "point lights beside it have one reflectance everywhere: give a `local` technique with data per texel, or leave them out";
 
 /// No radiance.
 pub(super) struct Black;

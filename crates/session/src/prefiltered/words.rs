@@ -116,12 +116,12 @@ impl fmt::Display for Finding {
 fn fault(f: &Fault) -> String {
     match f {
         Fault::Turned(turn, conventions) => {
-            let past = " (add this angle to --rotate to measure past it)";
+            let past = " (add this angle to `rotate` to measure past it)";
             let past = if turn.interpolates() { past } else { "" };
             let names = conventions.join(", ");
             let read = match names.as_str() {
                 "" => String::new(),
-                names => format!(" (as of a lat-long light that is read with --light-profile {names})"),
+                names => format!(" (as of a lat-long light that is read with `light-profile` {names})"),
             };
             format!("every level: {}{past}{read}", turn.name())
         }

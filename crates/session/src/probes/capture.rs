@@ -169,7 +169,7 @@ impl Session {
         let bytes = count * (4 * 3 * r.bands * r.bands * 8 + image) as u64;
         if bytes > self.task.max_memory() {
             return Err(Error::usage(format!(
-                "{count} probes take {} MiB: fewer of them, fewer bands, smaller images, or a larger --max-memory",
+                "{count} probes take {} MiB: fewer of them, fewer bands, smaller images, or a larger `max-memory`",
                 bytes >> 20
             )));
         }

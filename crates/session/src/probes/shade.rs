@@ -86,7 +86,7 @@ impl Session {
     pub(crate) fn in_mean_light<'a>(&self, scene: &'a Scene) -> Result<Cow<'a, Scene>, Error> {
         let Some(field) = &scene.probes else { return Ok(Cow::Borrowed(scene)) };
         if self.backend == Backend::Gpu {
-            return Err(Error::usage("light fields are shaded on the CPU: use --backend cpu or auto"));
+            return Err(Error::usage("light fields are shaded on the CPU: use `backend` cpu or auto"));
         }
         scene.methods().try_for_each(has_no_light)?;
         let needed = needed(field, scene)?;
@@ -154,7 +154,7 @@ impl Session {
             });
             if bytes as u64 > self.task.max_memory() {
                 return Err(Error::failed(format!(
-                    "{} probes take more than {} MiB of data: fewer of them, or a larger --max-memory",
+                    "{} probes take more than {} MiB of data: fewer of them, or a larger `max-memory`",
                     needed.len(),
                     self.task.max_memory() >> 20
                 )));
@@ -174,7 +174,7 @@ impl Session {
     /// Radiance at points under a light field: that of each probe, weighted.
     pub(crate) fn eval_in_field(&self, field: &Probes, r: &Request, q: &At) -> Result<Answers, Error> {
         let Some(places) = &q.p else {
-            return Err(Error::input("the points need positions (columns px,py,pz) with --probes"));
+            return Err(Error::input("the points need positions (columns px,py,pz) with `probes`"));
         };
         let weights = |i: usize| field.weights(places[i]).into_iter().map(move |(k, w)| (k, i, w));
         let mut weights: Vec<(usize, usize, f64)> = (0..places.len()).flat_map(weights).collect();

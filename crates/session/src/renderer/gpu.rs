@@ -23,7 +23,7 @@ pub fn open(session: &Session) -> Result<Renderer, Error> {
     match Gpu::open() {
         Ok(gpu) if automatic && gpu.is_software() => {
             session
-                .tell(Notice::OnCpu { why: format!("{} is no GPU (--backend gpu uses it)", gpu.describe()) });
+                .tell(Notice::OnCpu { why: format!("{} is no GPU (`backend` gpu uses it)", gpu.describe()) });
             Ok(Renderer::Cpu)
         }
         Ok(gpu) => Ok(Renderer::Gpu(Box::new(Device { gpu }))),
@@ -50,7 +50,7 @@ impl Device {
                 return Ok(None);
             }
             return Err(Error::usage(
-                "the reference runs on the CPU: choose a technique, or use --backend cpu",
+                "the reference runs on the CPU: choose a technique, or use `backend` cpu",
             ));
         }
         if let Some(why) = unlit(baked) {
@@ -58,7 +58,7 @@ impl Device {
                 session.tell(Notice::OnCpu { why });
                 return Ok(None);
             }
-            return Err(Error::usage(format!("{why}: use --suns fold or --backend cpu")));
+            return Err(Error::usage(format!("{why}: use `suns` fold or `backend` cpu")));
         }
         match self.draw(stage, baked, settings, session.gpu_path) {
             Ok((film, clipped)) => {

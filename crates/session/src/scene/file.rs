@@ -69,7 +69,7 @@ fn scene(path: &Path, overrides: &SceneOverrides, session: &mut Session) -> Resu
         if VERTEX_BYTES * vertices + TRIANGLE_BYTES * triangles > limit {
             let (file, mib) = (path.display(), limit >> 20);
             return Err(Error::input(format!(
-                "{file}: its meshes of {triangles} triangles take more than {mib} MiB: fewer of them, fewer segments, or a larger --max-memory"
+                "{file}: its meshes of {triangles} triangles take more than {mib} MiB: fewer of them, fewer segments, or a larger `max-memory`"
             )));
         }
     }

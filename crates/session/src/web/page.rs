@@ -215,14 +215,14 @@ impl Session {
     fn web_film(&self, prepared: &[Prepared], lit: &Lit<'_>) -> Result<Film, Error> {
         let without = prepared.iter().find(|p| p.bake.is_none());
         if let Some(p) = without {
-            let why = format!("no technique shades {}: name one with --technique", p.material.brdf.spec());
+            let why = format!("no technique shades {}: name one with `technique`", p.material.brdf.spec());
             return Err(Error::usage(why));
         }
         refuse(&prepared.iter().map(|p| p.method.clone()).collect::<Vec<_>>())?;
         let shadowed = || prepared.iter().any(|p| p.shadowed);
         let rays = || shadowed().then(|| "rays that shadow suns and points are for the CPU".into());
         if let Some(why) = unlit(prepared).or_else(rays) {
-            return Err(Error::usage(format!("{why}: use --suns fold for a page")));
+            return Err(Error::usage(format!("{why}: use `suns` fold for a page")));
         }
         let surfaces: Vec<_> = prepared.iter().map(|p| p.surface.clone()).collect();
         let film = Renderer::Cpu.film(&lit.stage(&surfaces), prepared, &lit.scene.settings, self)?.0;
@@ -311,7 +311,7 @@ fn refuse(methods: &[Method]) -> Result<(), Error> {
     for m in methods {
         match m {
             Method::Reference | Method::Path => {
-                let why = "shades on the CPU alone: name a technique, and bake its picture in with --reference or --path";
+                let why = "shades on the CPU alone: name a technique, and bake its picture in with `reference` or `path`";
                 return Err(Error::usage(format!("{}: {why}", m.slug())));
             }
             Method::File(f) if f.needs_view() => {

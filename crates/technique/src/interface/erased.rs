@@ -149,7 +149,7 @@ fn transfer<T: Technique>(
     task: &Task,
 ) -> Result<T::Transfer, BakeError> {
     if T::needs_sites(params) && geometry.is_none() {
-        let why = "bakes per site of a mesh: give one (--mesh)".into();
+        let why = "bakes per site of a mesh: give one (`mesh`)".into();
         return Err(BakeError::Geometry { slug: T::CARD.slug, why });
     }
     T::transfer(geometry, material, params, task)

@@ -59,7 +59,7 @@ pub enum BakeError {
         why: String,
     },
     /// The bake would need more memory than the task allows.
-    #[error("{slug}: needs {need} bytes, allowed are {allowed} (--max-memory)")]
+    #[error("{slug}: needs {need} bytes, allowed are {allowed} (`max-memory`)")]
     Memory {
         /// The technique.
         slug: &'static str,

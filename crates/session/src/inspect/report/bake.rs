@@ -119,7 +119,7 @@ pub fn local(f: &LocalBakeFacts, name: &str) -> Report {
         ("name", name.into()),
         ("technique", format!("{}: {}", card.slug, card.title)),
         ("source", card.citation.into()),
-        ("light", "directional and point lights, one by one (--local)".into()),
+        ("light", "directional and point lights, one by one (`local`)".into()),
         ("reflectance", f.brdf.clone()),
         ("parameters", params.join(", ")),
         ("shading reads", format!("{} bytes", f.bytes)),

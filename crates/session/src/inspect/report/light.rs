@@ -85,7 +85,7 @@ fn texture_lines(t: &TextureFacts) -> Vec<Line> {
     let profile = match (&t.profile, t.taken_for) {
         (Some(said), _) => said.clone(),
         (None, Some(given)) => format!("{given}, as it was given: the file does not say"),
-        (None, None) => "not stated in the file; --profile NAME reads it as an engine does".into(),
+        (None, None) => "not stated in the file; `profile` NAME reads it as an engine does".into(),
     };
     let kernel = match (&t.kernel, t.taken_for) {
         (Some(k), Some(given)) => format!("{k}, as {given} expects it"),
@@ -180,7 +180,7 @@ fn sun_line(d: &DiskLight, share: f64) -> String {
     let radius = d.angular_radius.to_degrees();
     let percent = 100.0 * share;
     format!(
-        "at ({x:.3}, {y:.3}, {z:.3}), radius {radius:.3}°, {percent:.1} % of the flux (convert --extract-sun)"
+        "at ({x:.3}, {y:.3}, {z:.3}), radius {radius:.3}°, {percent:.1} % of the flux (convert with `extract-sun`)"
     )
 }
 

@@ -127,13 +127,13 @@ fn known(saved: &Saved, mesh: &Mesh, kind: &str, settings: &Settings) -> Result<
     }
     if t.wide < wide {
         let why = format!("the transfer given has {} bands of visibility, of {wide} that are needed", t.wide);
-        return Err(format!("{why}: transfer --matrices writes them"));
+        return Err(format!("{why}: transfer with `matrices` writes them"));
     }
     if t.bounces != settings.bounces {
         let has = format!("the transfer given has {} scattering events", t.bounces);
         if settings.matrices {
             let why = "this technique lets the reflectance change, which reflections between surfaces hold";
-            return Err(format!("{has}, and {why}: transfer without --bounces, or prt_diffuse"));
+            return Err(format!("{has}, and {why}: transfer without `bounces`, or prt_diffuse"));
         }
         return Err(format!("{has}, not the {} of the parameter bounces", settings.bounces));
     }

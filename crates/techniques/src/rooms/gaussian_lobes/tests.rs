@@ -444,7 +444,7 @@ fn shadowed_bakes_are_saved_and_relinked() {
         .bake(&lights::studio(), &first, None, &seen_by("published", 4), &Task::quiet())
         .err()
         .expect("no mesh");
-    assert_eq!(e.to_string(), "gaussian_lobes: bakes per site of a mesh: give one (--mesh)");
+    assert_eq!(e.to_string(), "gaussian_lobes: bakes per site of a mesh: give one (`mesh`)");
 }
 
 /// The texts for every treatment and number of bands are valid; with a diffuse part, and with a turned lobe,

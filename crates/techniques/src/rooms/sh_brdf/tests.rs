@@ -304,7 +304,7 @@ fn what_stands_still_needs_a_mesh_and_few_bands() {
     values.0.insert("fix".into(), "view".into());
     assert!(t.needs_sites(&values) && !t.needs_sites(&ParamValues::default()));
     let e = t.bake(&Lights::default(), &m, None, &values, &Task::quiet()).err().unwrap();
-    assert_eq!(e.to_string(), "sh_brdf: bakes per site of a mesh: give one (--mesh)");
+    assert_eq!(e.to_string(), "sh_brdf: bakes per site of a mesh: give one (`mesh`)");
     values.0.insert("bands".into(), 7.0.into());
     let g = Geometry::new(Arc::new(steradian_scene::shapes::icosphere(1)), crate::Sites::Vertices);
     let e = t.bake(&Lights::default(), &m, Some(&g), &values, &Task::quiet()).err().unwrap();
