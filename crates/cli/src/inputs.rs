@@ -211,7 +211,7 @@ fn shadows(text: &str) -> Result<Shadows, String> {
         "lobe" => Ok(Shadows::Lobe),
         _ => match text.strip_prefix("map") {
             Some("") => Ok(Shadows::Map(MapOptions::default())),
-            Some(rest) if rest.starts_with(':') => Ok(Shadows::Map(map_options(&rest[1..])?)),
+            Some(rest) if rest.starts_with(':') => MapOptions::parse(&rest[1..]).map(Shadows::Map),
             _ => Err(steradian_base::unknown(
                 "shadows",
                 text,
@@ -219,27 +219,4 @@ fn shadows(text: &str) -> Result<Shadows, String> {
             )),
         },
     }
-}
-
-/// `size=N,taps=N` of shadow maps.
-fn map_options(text: &str) -> Result<MapOptions, String> {
-    let mut options = MapOptions::default();
-    for pair in text.split(',') {
-        let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
-        let number = |range: std::ops::RangeInclusive<usize>| {
-            let n = value.parse().ok().filter(|n| range.contains(n));
-            n.ok_or_else(|| {
-                format!("{key} = '{value}' is no whole number in {} … {}", range.start(), range.end())
-            })
-        };
-        match key {
-            "size" => options.size = number(16..=16384)?,
-            "taps" => options.taps = number(1..=15)?,
-            _ => return Err(steradian_base::unknown("parameter of map", key, &["size", "taps"])),
-        }
-    }
-    if options.taps.is_multiple_of(2) {
-        return Err(format!("taps = {} is even: a square about a texel has 1, 3, 5 … a side", options.taps));
-    }
-    Ok(options)
 }

@@ -3,6 +3,7 @@
 use super::{Blocker, Flat, LightAt, meant};
 use crate::{Bvh, Mesh, Ray};
 use glam::{Mat3, Vec2, Vec3};
+use steradian_base::{ParamInfo, ParamValues};
 
 /// Size and filter of shadow maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,7 +17,29 @@ pub struct MapOptions {
 
 impl Default for MapOptions {
     fn default() -> Self {
-        Self { size: 1024, taps: 3 }
+        Self::USUAL
+    }
+}
+
+impl MapOptions {
+    const USUAL: Self = Self { size: 1024, taps: 3 };
+    const SIZE: ParamInfo =
+        ParamInfo::whole("size", [16.0, 16384.0], Self::USUAL.size as f64, "texels of a side of a map");
+    const TAPS: ParamInfo =
+        ParamInfo::whole("taps", [1.0, 15.0], Self::USUAL.taps as f64, "texels of a side of the filter, odd");
+
+    /// Reads `size=N,taps=N`; either may be left out.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let values = ParamValues::parse(text, &[Self::SIZE, Self::TAPS]).map_err(|e| e.to_string())?;
+        let [size, taps] = [Self::SIZE, Self::TAPS].map(|info| values.number(&info).map(|n| n as usize));
+        let found = Self { size: size.map_err(|e| e.to_string())?, taps: taps.map_err(|e| e.to_string())? };
+        if found.taps.is_multiple_of(2) {
+            return Err(format!(
+                "taps = {} is even: a square about a texel has 1, 3, 5 … a side",
+                found.taps
+            ));
+        }
+        Ok(found)
     }
 }
 

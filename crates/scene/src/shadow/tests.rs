@@ -184,3 +184,22 @@ fn a_triangle_alone_casts_a_shadow() {
         assert_eq!([up, down, near].map(|l| arriving(aside, l)), [1.0; 3], "{blocker:?}");
     }
 }
+
+#[test]
+fn options_of_maps_are_a_list_of_keys() {
+    let parsed = |text| MapOptions::parse(text);
+    let usual = MapOptions::default();
+    assert_eq!(parsed("size=2048,taps=1"), Ok(MapOptions { size: 2048, taps: 1 }));
+    assert_eq!(parsed("taps=5"), Ok(MapOptions { taps: 5, ..usual }));
+    assert_eq!(parsed("size=16"), Ok(MapOptions { size: 16, ..usual }));
+    assert_eq!(parsed(""), Ok(usual));
+    for (text, why) in [
+        ("taps=4", "taps = 4 is even"),
+        ("size=1", "size = '1' is not a whole number in 16 … 16384"),
+        ("size", "'size' is not key=value"),
+        ("taps=1,taps=3", "'taps' is given twice"),
+        ("tap=3", "did you mean 'taps'?"),
+    ] {
+        assert!(parsed(text).is_err_and(|e| e.contains(why)), "{text}");
+    }
+}
