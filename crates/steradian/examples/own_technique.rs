@@ -8,9 +8,9 @@ use steradian::brdf::{Brdf, Form};
 use steradian::light::Lights;
 use steradian::session::compare::Plan;
 use steradian::session::{Error, Method, Renderer, Scene, Session, coefficients};
-use steradian::techniques::gpu::Entry;
-use steradian::techniques::tensors::{PartError, get_f64, put_f64};
-use steradian::techniques::{
+use steradian::technique::gpu::Entry;
+use steradian::technique::tensors::{PartError, get_f64, put_f64};
+use steradian::technique::{
     Bake, BakeError, Capabilities, Card, Erased, Geometry, GpuTechnique, Material, Needs, Part, Parts,
     Points, Radiance, Report, Technique, TensorFile, View,
 };

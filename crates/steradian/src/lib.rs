@@ -28,8 +28,29 @@
 //! # }
 //! ```
 //!
-//! [`transfer`] holds what geometry does to light, [`relight`] surfaces photographed under many lights. With
-//! the feature `gpu` sessions render on a GPU, with `web` they write pages for browsers.
+//! | module | what it holds |
+//! |---|---|
+//! | [`session`] | inputs by name, scenes, bakes, pictures, comparisons, radiance at points; one type of errors |
+//! | [`light`] | environments, skies, suns, point, directional and disk lights |
+//! | [`brdf`] | reflectance: models, measurements, fits |
+//! | [`scene`] | geometry: meshes, visibility, cameras; textures and normal maps |
+//! | [`technique`] | what a technique is, and what several share: all that one of your own needs |
+//! | [`techniques`] | the published techniques, their list, and saved bakes |
+//! | [`reference`](mod@reference) | the integral with an error estimate, and a path tracer |
+//! | [`render`] | films, tone mapping, metrics of images, scene files, the CPU renderer |
+//! | `gpu` | the GPU renderer: with the feature `gpu`, by which sessions render there too |
+//! | `web` | scenes as pages for browsers: with the feature `web`, by which sessions write them |
+//! | [`prefilter`] | environments filtered by kernels |
+//! | [`engines`] | files of filtered light as engines expect them |
+//! | [`verify`] | what a filtered file of any tool holds |
+//! | [`transfer`] | what geometry does to light: occlusion, visibility, transfer vectors and matrices |
+//! | [`relight`] | surfaces photographed under many lights, and height fields |
+//! | [`formats`] | files as plain data |
+//! | [`sphere`] | functions on the sphere: layouts, quadrature, spherical harmonics, wavelets; `glam` |
+//! | [`numerics`] | linear algebra: eigenvectors, low rank, least squares |
+//! | [`parallel`] | loops over all cores |
+//! | [`simd`] | loops over registers, for the instruction set that the machine has |
+//! | [`base`] | tasks, certificates, outcomes, provenance, descriptions of parameters |
 //!
 //! `examples/` shows single radiances, engines' files, techniques and reflectances of one's own, and batches.
 
@@ -40,6 +61,8 @@ pub use steradian_formats as formats;
 #[cfg(feature = "gpu")]
 pub use steradian_gpu as gpu;
 pub use steradian_light as light;
+pub use steradian_numerics as numerics;
+pub use steradian_parallel as parallel;
 pub use steradian_prefilter as prefilter;
 pub use steradian_reference as reference;
 pub use steradian_relight as relight;
@@ -48,6 +71,7 @@ pub use steradian_scene as scene;
 pub use steradian_session as session;
 pub use steradian_simd as simd;
 pub use steradian_sphere as sphere;
+pub use steradian_technique as technique;
 pub use steradian_techniques as techniques;
 pub use steradian_transfer as transfer;
 pub use steradian_verify as verify;
