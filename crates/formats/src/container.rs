@@ -20,7 +20,7 @@ pub enum Container {
 
 /// How a file stores its texels.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Texels {
+pub struct TexelStorage {
     /// Their format, such as rgba16f or rgb9e5.
     pub format: String,
     /// What the levels are compressed by as a whole.
@@ -41,7 +41,7 @@ impl Container {
     }
 
     /// How a file stores its texels, by its header.
-    pub fn texels(self, path: &Path) -> Result<Texels, FormatError> {
+    pub fn texels(self, path: &Path) -> Result<TexelStorage, FormatError> {
         let unreadable =
             |e: std::io::Error| FormatError::Unreadable { path: path.into(), why: e.to_string() };
         let (file, _) = steradian_base::open_file(path).map_err(unreadable)?;
@@ -131,7 +131,7 @@ mod tests {
             assert_eq!(container.read(&other, &Limits::default()).unwrap().levels, t.levels);
             for format in TexelFormat::ALL {
                 container.write(&path, &t, format).unwrap();
-                let want = Texels { format: format.name().into(), compression: None };
+                let want = TexelStorage { format: format.name().into(), compression: None };
                 assert_eq!(container.texels(&path).unwrap(), want, "{name}");
             }
         }

@@ -6,7 +6,7 @@
 use crate::atomic::write_atomic;
 use crate::image::{not_empty, read_bytes};
 use crate::texel::TexelFormat;
-use crate::{FormatError, Limits, StoredTexture, Texels, TextureLevels, WriteReport};
+use crate::{FormatError, Limits, StoredTexture, TexelStorage, TextureLevels, WriteReport};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -146,8 +146,8 @@ fn header(bytes: &[u8]) -> Result<(TexelFormat, TextureLevels, usize, usize), St
 }
 
 /// How the texels of a file that begins with `head` are stored.
-pub(crate) fn texels(head: &[u8]) -> Result<Texels, String> {
-    Ok(Texels { format: header(head)?.0.name().into(), compression: None })
+pub(crate) fn texels(head: &[u8]) -> Result<TexelStorage, String> {
+    Ok(TexelStorage { format: header(head)?.0.name().into(), compression: None })
 }
 
 #[cfg(test)]

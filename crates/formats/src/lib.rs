@@ -41,7 +41,7 @@ pub use atomic::{WriteSeek, write_atomic, write_atomic_seek, write_dir_atomic};
 pub use below::{file_below, stays_below};
 pub use bsdf::decode_bsdf;
 pub use btf::{BtfList, BtfPicture, decode_btf, read_btf, write_btf};
-pub use container::{Container, Texels};
+pub use container::{Container, TexelStorage};
 pub use csv::{CsvTable, decode_csv, decode_csv_like, read_csv, write_csv};
 pub use dds::{decode_dds, read_dds, write_dds};
 pub use error::{FormatError, Limits};

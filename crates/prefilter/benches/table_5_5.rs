@@ -66,7 +66,7 @@ fn line(image: &SphereImage, (sigma, f, p, paper): (f64, usize, usize, [f64; 3])
     };
     let all = || explicit::local(&shrm(), p, &set).expect("the maps are complete");
     let (made, created) = (seconds(all), seconds(shrm));
-    let light = Texels::new(image);
+    let light = LightTexels::new(image);
     let cut = Lobe { sigma, reach: 2.0 * 1.73 * sigma };
     let sample: Vec<(usize, usize)> = (0..SAMPLE).map(|k| (k % (T * T), k * 7919 % (ROWS * ROWS))).collect();
     let value = |lobe: &Lobe, (map, at): (usize, usize)| {
@@ -114,14 +114,14 @@ struct Lobe {
 }
 
 /// The light's texels: directions, and radiance times solid angle.
-struct Texels {
+struct LightTexels {
     /// Rows of the image: θ, and its texels.
     rows: Vec<(f64, Vec<Texel>)>,
 }
 
 type Texel = (DVec3, [f64; 3]);
 
-impl Texels {
+impl LightTexels {
     fn new(image: &SphereImage) -> Self {
         let (w, h) = (image.width, image.height);
         let row = |j: usize| {

@@ -3,7 +3,7 @@
 use super::{HEADER_BYTES, IDENTIFIER, LEVEL_BYTES, TextureLevels};
 use crate::image::{not_empty, read_bytes};
 use crate::texel::TexelFormat;
-use crate::{FormatError, Limits, Texels};
+use crate::{FormatError, Limits, TexelStorage};
 use half::f16;
 use std::borrow::Cow;
 use std::io::Read;
@@ -132,7 +132,7 @@ impl Format {
 }
 
 /// How the texels of a file that begins with `head` are stored.
-pub(crate) fn texels(head: &[u8]) -> Result<Texels, String> {
+pub(crate) fn texels(head: &[u8]) -> Result<TexelStorage, String> {
     let h = Header::parse(head)?;
     let format = match h.format {
         Format::Packed(f) => f.name().into(),
@@ -145,7 +145,7 @@ pub(crate) fn texels(head: &[u8]) -> Result<Texels, String> {
         3 => Some("ZLIB"),
         _ => None,
     };
-    Ok(Texels { format, compression })
+    Ok(TexelStorage { format, compression })
 }
 
 impl Header {

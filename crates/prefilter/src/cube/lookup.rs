@@ -15,7 +15,7 @@ pub struct Places<const N: usize> {
 /// Cells of several directions in cubes of some sizes: index of the first texel, and position within the cell
 /// in 0 … 1.
 #[derive(Debug, Clone, Copy)]
-pub struct Cells<const N: usize> {
+pub struct LookupCells<const N: usize> {
     first: [i32; N],
     u: [f32; N],
     v: [f32; N],
@@ -70,8 +70,8 @@ impl<const N: usize> Places<N> {
 
     /// Cells that hold the places: place k in a cube of `size[k]` intervals.
     #[inline(always)]
-    pub fn cells(&self, size: &[f32; N]) -> Cells<N> {
-        let mut out = Cells { first: [0; N], u: [0.0; N], v: [0.0; N] };
+    pub fn cells(&self, size: &[f32; N]) -> LookupCells<N> {
+        let mut out = LookupCells { first: [0; N], u: [0.0; N], v: [0.0; N] };
         for k in 0..N {
             let n = size[k] as i32;
             let (x, y) = (self.s[k] * size[k], self.t[k] * size[k]);
@@ -83,7 +83,7 @@ impl<const N: usize> Places<N> {
     }
 }
 
-impl<const N: usize> Cells<N> {
+impl<const N: usize> LookupCells<N> {
     /// The bilinear lookup of place `k` in a cube of its size; zeros in a smaller one.
     #[inline(always)]
     pub fn sample(&self, cube: &EdgeCube, k: usize) -> [f32; 4] {

@@ -31,7 +31,7 @@ const SIGNS: usize = 4;
 
 /// Directions of small disks, in the order in which they were found.
 #[derive(Debug, Clone)]
-pub struct Pursuit {
+pub struct MatchingPursuit {
     weight: Vec<f64>,
     spread: Vec<f64>,
     radius: f64,
@@ -39,7 +39,7 @@ pub struct Pursuit {
     directions: Vec<DVec3>,
 }
 
-impl Pursuit {
+impl MatchingPursuit {
     /// Up to `most` disks of angular radius `radius` (radians) for `light`, in the norm of `weight` by band.
     /// Fewer where nothing is left.
     pub fn new(
@@ -324,7 +324,7 @@ mod tests {
         add_small_lights(&mut light, &lights);
         let weight: Vec<f64> =
             (0..=order).map(|l| if l < 8 { 0.0 } else { 1.0 / (2 * l + 1) as f64 }).collect();
-        let found = Pursuit::new(&light, &weight, 0.004, 3, &Task::quiet()).expect("not cancelled");
+        let found = MatchingPursuit::new(&light, &weight, 0.004, 3, &Task::quiet()).expect("not cancelled");
         let mut small_lights = found.small_lights(&light, 3);
         assert_eq!(small_lights.len(), 3);
         for l in &lights {

@@ -9,7 +9,7 @@ pub mod source;
 mod tree;
 
 pub use cell::Cell;
-pub use matching_pursuit::Pursuit;
+pub use matching_pursuit::MatchingPursuit;
 pub use sampled::Sampled;
 pub use small_light::SmallLight;
 pub use source::Source;

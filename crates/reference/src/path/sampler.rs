@@ -9,14 +9,14 @@ use steradian_sphere::SphereImage;
 #[derive(Debug, Clone)]
 pub(super) struct Sampler<'a> {
     lights: &'a Lights,
-    image: Option<Texels<'a>>,
+    image: Option<ImageDistribution<'a>>,
     /// Probability of the image, then of each disk; empty where all is dark.
     chances: Vec<f64>,
 }
 
 /// A lat-long image with the running sums of |L| dω.
 #[derive(Debug, Clone)]
-struct Texels<'a> {
+struct ImageDistribution<'a> {
     image: &'a SphereImage,
     /// ∑ over texels up to and with this one, rows from the top.
     sums: Vec<f64>,
@@ -27,7 +27,7 @@ fn brightness(v: [f64; 3]) -> f64 {
     v[0].abs() + v[1].abs() + v[2].abs()
 }
 
-impl<'a> Texels<'a> {
+impl<'a> ImageDistribution<'a> {
     fn new(e: &'a Environment) -> Self {
         let image = &e.image;
         let mut sum = 0.0;
@@ -81,8 +81,9 @@ pub(super) fn row_solid_angle_of(width: usize, height: usize, j: usize) -> f64 {
 impl<'a> Sampler<'a> {
     /// For all distant light that has an extent.
     pub fn new(lights: &'a Lights) -> Self {
-        let image = lights.environment.as_ref().map(|e| Texels::new(e)).filter(|t| t.power() > 0.0);
-        let mut chances = vec![image.as_ref().map_or(0.0, Texels::power)];
+        let image =
+            lights.environment.as_ref().map(|e| ImageDistribution::new(e)).filter(|t| t.power() > 0.0);
+        let mut chances = vec![image.as_ref().map_or(0.0, ImageDistribution::power)];
         chances.extend(lights.disks.iter().map(|d| brightness(d.radiance) * d.solid_angle()));
         let total: f64 = chances.iter().sum();
         if total > 0.0 {

@@ -74,12 +74,12 @@ impl Moments {
 pub(super) type Corners = [[f64; 4]; 3];
 
 /// The image as a grid of cells.
-pub(super) struct Cells<'a> {
+pub(super) struct ImageCells<'a> {
     image: &'a SphereImage,
     lookup: Lookup,
 }
 
-impl<'a> Cells<'a> {
+impl<'a> ImageCells<'a> {
     /// The cells of a lat-long image.
     pub fn new(image: &'a SphereImage, lookup: Lookup) -> Self {
         Self { image, lookup }
@@ -265,7 +265,7 @@ mod tests {
                 }
             }
             for lookup in [Lookup::Constant, Lookup::Bilinear] {
-                let cells = Cells::new(&image, lookup);
+                let cells = ImageCells::new(&image, lookup);
                 let all = cells.all();
                 for j in 0..all.j[1] {
                     for i in 0..all.i[1] {

@@ -1,6 +1,6 @@
 //! Adaptive integration over all distant light of one point: the worst rectangle is cut first.
 
-use super::cells::{Block, Cells, Corners, Moments, corner_moments};
+use super::cells::{Block, Corners, ImageCells, Moments, corner_moments};
 use super::geometry::{Axis, Chart, Nodes, Patch, Rect};
 use super::hints::Hints;
 use super::horizon::{Horizon, Side};
@@ -49,7 +49,7 @@ impl View {
 /// All distant light as one point sees it.
 pub(super) struct Scene<'a> {
     /// The image's cells and tree.
-    pub image: Option<(Cells<'a>, &'a Pyramid)>,
+    pub image: Option<(ImageCells<'a>, &'a Pyramid)>,
     /// The image's chart, then one for each disk.
     pub views: Vec<View>,
     /// Angular radius and radiance of each disk.
@@ -213,7 +213,7 @@ impl<'a, 'b> Engine<'a, 'b> {
         }
     }
 
-    fn image(&self) -> &'a (Cells<'a>, &'a Pyramid) {
+    fn image(&self) -> &'a (ImageCells<'a>, &'a Pyramid) {
         self.scene.image.as_ref().expect("blocks are only admitted where there is an image")
     }
 

@@ -23,7 +23,7 @@ mod rule;
 
 pub use cells::Lookup;
 
-use cells::Cells;
+use cells::ImageCells;
 use engine::{Engine, Scene, View};
 use geometry::Chart;
 use glam::DVec3;
@@ -107,7 +107,7 @@ impl Reference {
     pub fn new(lights: &Lights, lookup: Lookup, task: &Task) -> Result<Self, ReferenceError> {
         check(lights)?;
         let pyramid = match &lights.environment {
-            Some(e) => Some(Pyramid::build(&Cells::new(&e.image, lookup), task)?),
+            Some(e) => Some(Pyramid::build(&ImageCells::new(&e.image, lookup), task)?),
             None => None,
         };
         Ok(Self { lights: lights.clone(), lookup, pyramid, budget: MAX_EVALUATIONS })
@@ -176,7 +176,7 @@ impl Reference {
         }
         let image = self.lights.environment.as_ref().zip(self.pyramid.as_ref());
         Scene {
-            image: image.map(|(e, p)| (Cells::new(&e.image, self.lookup), p)),
+            image: image.map(|(e, p)| (ImageCells::new(&e.image, self.lookup), p)),
             views,
             disks: self.lights.disks.iter().map(|d| (radius(d.angular_radius), d.radiance)).collect(),
             hints: Hints::new(&brdf.lobes(wo), wo.z, tolerance),

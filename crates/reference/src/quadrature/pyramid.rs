@@ -2,7 +2,7 @@
 //!
 //! Blocks are halved along their longer side on the sphere, so that blocks near the poles span many columns.
 
-use super::cells::{Block, Cells, Moments};
+use super::cells::{Block, ImageCells, Moments};
 use super::geometry::{Axis, Nodes, Patch, Rect};
 use super::hints::ROUGH;
 use super::legendre::{N, affine};
@@ -41,7 +41,7 @@ pub(super) struct Node {
 }
 
 impl Node {
-    fn new(block: Block, cells: &Cells<'_>) -> Self {
+    fn new(block: Block, cells: &ImageCells<'_>) -> Self {
         let rect = cells.rect(&block);
         let (patch, nodes) = (Patch::new(rect), Nodes::new(&rect));
         Self { block, child: 0, moments: Moments::ZERO, patch, nodes }
@@ -59,7 +59,7 @@ pub(super) struct Pyramid {
 
 impl Pyramid {
     /// Builds the tree over every cell.
-    pub fn build(cells: &Cells<'_>, task: &Task) -> Result<Self, Cancelled> {
+    pub fn build(cells: &ImageCells<'_>, task: &Task) -> Result<Self, Cancelled> {
         let root = cells.all();
         let leaf = (root.len() / FINE).clamp(LEAF[0], LEAF[1]).max(root.len() / LEAVES);
         let mut nodes = vec![Node::new(root, cells)];
@@ -113,7 +113,7 @@ fn on_sphere(moments: &Moments, rect: &Rect) -> [f64; 3] {
 }
 
 /// Moments of a block from those of its halves.
-fn merged(cells: &Cells<'_>, block: &Block, halves: [&Node; 2]) -> Moments {
+fn merged(cells: &ImageCells<'_>, block: &Block, halves: [&Node; 2]) -> Moments {
     let parent = cells.rect(block);
     let mut out = Moments::ZERO;
     for half in halves {
@@ -181,7 +181,7 @@ mod tests {
         for (w, h) in [(64, 32), (37, 19), (5, 100), (1, 1), (200, 1)] {
             for lookup in [Lookup::Constant, Lookup::Bilinear] {
                 let image = noise(w, h);
-                let cells = Cells::new(&image, lookup);
+                let cells = ImageCells::new(&image, lookup);
                 let tree = Pyramid::build(&cells, &Task::quiet()).expect("nobody cancels");
                 let direct = cells.moments(&cells.all());
                 let root = &tree.nodes[0].moments;

@@ -3,7 +3,7 @@
 use crate::inputs::{Adjust, texture_map};
 use crate::{Error, Session};
 use std::path::Path;
-use steradian_formats::{Container, Texels};
+use steradian_formats::{Container, TexelStorage};
 use steradian_light::load::{LoadOptions, Profile};
 use steradian_verify::laws::Consumer;
 
@@ -13,7 +13,7 @@ pub struct TextureFacts {
     /// Its container.
     pub container: Container,
     /// How its texels are stored.
-    pub texels: Texels,
+    pub texels: TexelStorage,
     /// 6 of a cube, else 1.
     pub faces: usize,
     /// Level by level.

@@ -119,7 +119,7 @@ pub enum Shape {
     /// A row whose outer texels lie on 0 and 1: `fetch_NAME(u: f32) -> vec4<f32>`, linear.
     Line,
     /// Textures of a surface, a layer each, whose levels lie one below the other
-    /// ([`crate::shared::surface::texels::Texels`]):
+    /// ([`crate::shared::surface::texels::TextureLayers`]):
     /// `fetch_NAME(uv: vec2<f32>, footprint: f32, k: u32) -> vec4<f32>` of layer k, averaged over a square of
     /// side `footprint` in texture coordinates: bilinear in the two nearest levels.
     Texture {

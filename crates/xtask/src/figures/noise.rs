@@ -5,7 +5,7 @@
 //! coefficients that is shaded, which leaves what the tables err by, and under the whole light. Figure 5 is
 //! held against the integral, and against paths of one reflection.
 
-use super::survey::{Way, film, row, sheet};
+use super::survey::{Shading, film, row, sheet};
 use super::{Options, kautz, light, mesh, picture, save, say};
 use anyhow::{Context, Result};
 use glam::{DVec3, Vec3};
@@ -177,11 +177,11 @@ pub fn shadowed(o: &Options) -> Result<()> {
     say(&format!("KSS02 figure 5: {spec} under {BANDS} bands of {name}, relative RMS error"));
     let mut rows = Vec::new();
     for (label, slug, params, truth) in [
-        ("unshadowed", "sh_brdf", "lights=0", ("integral", Way::Model)),
-        ("shadowed", "prt_brdf", "precision=0.01", ("paths", Way::Paths(1))),
+        ("unshadowed", "sh_brdf", "lights=0", ("integral", Shading::Model)),
+        ("shadowed", "prt_brdf", "precision=0.01", ("paths", Shading::Paths(1))),
     ] {
         let films = [
-            (slug.into(), film(&scene, &Way::Global(slug, params))?),
+            (slug.into(), film(&scene, &Shading::Global(slug, params))?),
             (truth.0.into(), film(&scene, &truth.1)?),
         ];
         rows.push(row(label, &films, 0.7)?);

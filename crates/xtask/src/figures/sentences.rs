@@ -1,7 +1,7 @@
 //! Sentences of Kautz 2004, *Hardware Lighting and Shading: a Survey*, on local light, measured: ours beside
 //! the text. Those on compressed texture functions are `figures btf`.
 
-use super::survey::{BUMPS, Way, bump_scene, film};
+use super::survey::{BUMPS, Shading, bump_scene, film};
 use super::{Options, percent, say};
 use anyhow::{Context, Result};
 use glam::{DVec3, Vec3};
@@ -128,10 +128,10 @@ fn directions(o: &Options) -> Result<()> {
     let (flat, truth, planes) = bump_scene(&o, o.side.unwrap_or(128), (40.0, 30.0))?;
     let by = |n: usize| {
         let spec = format!("bump_horizon:relief={BUMPS},shadow=horizon,azimuths=32,bounces=2,directions={n}");
-        film(&flat, &Way::Local(&spec, planes.clone()))
+        film(&flat, &Shading::Local(&spec, planes.clone()))
     };
     let films: Vec<Film> = COUNTS.iter().map(|n| by(*n)).collect::<Result<_>>()?;
-    let truth = film(&truth, &Way::Paths(3))?;
+    let truth = film(&truth, &Shading::Paths(3))?;
     let most = &films[films.len() - 1];
     for (n, f) in COUNTS.iter().zip(&films) {
         let all = |i: usize| f.alpha[i] >= 1.0;
@@ -221,7 +221,7 @@ fn gouraud(o: &Options) -> Result<()> {
         };
         let none = Planes::default;
         let [vertex, pixel] = ["vertex", "pixel"]
-            .map(|rate| film(&scene, &Way::Local(&format!("vertex_analytic:rate={rate}"), none())));
+            .map(|rate| film(&scene, &Shading::Local(&format!("vertex_analytic:rate={rate}"), none())));
         let (vertex, pixel) = (vertex?, pixel?);
         let all = |i: usize| pixel.alpha[i] >= 1.0 && vertex.alpha[i] >= 1.0;
         let sum = |f: &Film| (0..f.len()).filter(|i| all(*i)).map(|i| f64::from(f.rgb[1][i])).sum::<f64>();

@@ -31,8 +31,8 @@ pub const BUMPS: f32 = 0.16;
 /// Noise of paths, relative.
 const NOISE: f64 = 0.02;
 
-/// What a column draws.
-pub enum Way<'a> {
+/// What shades a picture.
+pub enum Shading<'a> {
     /// A technique for directional and point lights, with data per texel.
     Local(&'a str, Planes),
     /// A technique for environments, with its parameters.
@@ -43,29 +43,29 @@ pub enum Way<'a> {
     Paths(u32),
 }
 
-/// The picture of a scene in one way.
-pub fn film(scene: &Scene, way: &Way<'_>) -> Result<Film> {
+/// The picture of a scene that is shaded so.
+pub fn film(scene: &Scene, shading: &Shading<'_>) -> Result<Film> {
     let (mut scene, mut session) = (scene.clone(), Session::new());
     // No shadows but those that a technique knows: the models know none.
     session.shadows = Shadows::Off;
-    let method = match way {
-        Way::Local(..) => Method::find("sh_irradiance")?,
-        Way::Global(slug, _) => Method::find(slug)?,
-        Way::Model => Method::Reference,
-        Way::Paths(bounces) => {
+    let method = match shading {
+        Shading::Local(..) => Method::find("sh_irradiance")?,
+        Shading::Global(slug, _) => Method::find(slug)?,
+        Shading::Model => Method::Reference,
+        Shading::Paths(bounces) => {
             session.paths = Paths { bounces: *bounces, noise: NOISE };
             Method::Path
         }
     };
     for m in &mut scene.materials {
-        if let Way::Local(spec, planes) = way {
+        if let Shading::Local(spec, planes) = shading {
             m.local = Local::parse(spec)?.map(|l| l.with_planes(planes.clone()));
             // Lights near by are all there is: what shades the dark environment is any technique that takes
             // the reflectance.
             m.method = Some(any_global(m)?);
         } else {
             m.method = Some(method.clone());
-            if let (Way::Global(_, params), Method::Technique(t)) = (way, &method) {
+            if let (Shading::Global(_, params), Method::Technique(t)) = (shading, &method) {
                 m.params = ParamValues::parse(params, t.params())?;
             }
         }
@@ -135,10 +135,10 @@ pub fn analytical(o: &Options) -> Result<()> {
     ] {
         let spec = o.brdfs.first().map_or(spec, String::as_str);
         let scene = scene(o, shapes::teapot(24, true), spec, three_lights())?;
-        let films = [Way::Local(slug, Planes::default()), Way::Model]
+        let films = [Shading::Local(slug, Planes::default()), Shading::Model]
             .into_iter()
             .zip([slug.to_string(), "the model".into()])
-            .map(|(way, name)| Ok((name, film(&scene, &way)?)))
+            .map(|(shading, name)| Ok((name, film(&scene, &shading)?)))
             .collect::<Result<Vec<_>>>()?;
         rows.push(row(spec.split(':').next().unwrap_or(spec), &films, HIGHLIGHTS)?);
     }
@@ -177,15 +177,15 @@ pub fn teapot(o: &Options) -> Result<()> {
     let scene = scene(o, mesh, o.brdfs.first().map_or(SPEC, String::as_str), three_lights())?;
     let none = Planes::default;
     let ways = [
-        ("one term of (h, d)", Way::Local("separable_svd:terms=1,parametrisation=hd", none())),
-        ("two terms of (h, d)", Way::Local("separable_svd:terms=2,parametrisation=hd", none())),
-        ("eight terms of (v, l)", Way::Local("separable_svd:terms=8,parametrisation=vl", none())),
-        ("homomorphic", Way::Local("homomorphic", none())),
-        ("the model", Way::Model),
+        ("one term of (h, d)", Shading::Local("separable_svd:terms=1,parametrisation=hd", none())),
+        ("two terms of (h, d)", Shading::Local("separable_svd:terms=2,parametrisation=hd", none())),
+        ("eight terms of (v, l)", Shading::Local("separable_svd:terms=8,parametrisation=vl", none())),
+        ("homomorphic", Shading::Local("homomorphic", none())),
+        ("the model", Shading::Model),
     ];
     let films = ways
         .iter()
-        .map(|(name, way)| Ok(((*name).to_string(), film(&scene, way)?)))
+        .map(|(name, shading)| Ok(((*name).to_string(), film(&scene, shading)?)))
         .collect::<Result<Vec<_>>>()?;
     let rows = vec![row("marble", &films, DARKER)?];
     let subtitle = "Ward's model over marble, numerically decomposed, under three directional lights";
@@ -272,8 +272,8 @@ pub fn sphere(o: &Options) -> Result<()> {
     for azimuth in [100.0, 60.0, 20.0] {
         (smooth.lights, truth.lights) = (from(35.0, azimuth), from(35.0, azimuth));
         let films = [
-            ("shift_variant".to_string(), film(&smooth, &Way::Local(&spec, planes.clone()))?),
-            ("paths on the displaced sphere".into(), film(&truth, &Way::Paths(1))?),
+            ("shift_variant".to_string(), film(&smooth, &Shading::Local(&spec, planes.clone()))?),
+            ("paths on the displaced sphere".into(), film(&truth, &Shading::Paths(1))?),
         ];
         rows.push(row(&format!("light at {azimuth}°"), &films, DARKER)?);
     }
@@ -323,12 +323,12 @@ pub fn bumps(o: &Options) -> Result<()> {
     say(
         "STAR04 figure 9: bumps under a light that moves, relative RMS error beside paths on the displaced plane",
     );
-    let way = |more: &str| format!("bump_horizon:relief={BUMPS},{more}");
+    let spec = |more: &str| format!("bump_horizon:relief={BUMPS},{more}");
     let ways = [
-        ("no shadows", way("shadow=none"), 1),
-        ("ellipses", way("shadow=ellipse"), 1),
-        ("horizons", way("shadow=horizon,azimuths=32"), 1),
-        ("horizons, two reflections more", way("shadow=horizon,azimuths=32,bounces=2,directions=128"), 3),
+        ("no shadows", spec("shadow=none"), 1),
+        ("ellipses", spec("shadow=ellipse"), 1),
+        ("horizons", spec("shadow=horizon,azimuths=32"), 1),
+        ("horizons, two reflections more", spec("shadow=horizon,azimuths=32,bounces=2,directions=128"), 3),
     ];
     let mut rows = Vec::new();
     for (elevation, azimuth) in [(70.0, 0.0), (40.0, 30.0), (20.0, 60.0)] {
@@ -338,10 +338,10 @@ pub fn bumps(o: &Options) -> Result<()> {
         for bounces in [1, 3] {
             let mut films = Vec::new();
             for (name, spec, _) in ways.iter().filter(|w| w.2 == bounces) {
-                films.push(((*name).to_string(), film(&flat, &Way::Local(spec, planes.clone()))?));
+                films.push(((*name).to_string(), film(&flat, &Shading::Local(spec, planes.clone()))?));
             }
             let name = if bounces == 1 { "paths, direct light" } else { "paths, three reflections" };
-            films.push((name.into(), film(&truth, &Way::Paths(bounces))?));
+            films.push((name.into(), film(&truth, &Shading::Paths(bounces))?));
             shown.extend(row(&label, &films, DARKER)?.cells);
         }
         rows.push(Row { label: vec![label], cells: shown });
@@ -359,13 +359,13 @@ pub fn bust(o: &Options) -> Result<()> {
         "STAR04 figures 15 and 23: a bust under {name}, relative RMS error beside paths of one reflection"
     ));
     let ways = [
-        ("figure 15: diffuse_map", Way::Global("diffuse_map", "")),
-        ("figure 23: prt_diffuse", Way::Global("prt_diffuse", "")),
-        ("paths, direct light", Way::Paths(1)),
+        ("figure 15: diffuse_map", Shading::Global("diffuse_map", "")),
+        ("figure 23: prt_diffuse", Shading::Global("prt_diffuse", "")),
+        ("paths, direct light", Shading::Paths(1)),
     ];
     let films = ways
         .iter()
-        .map(|(name, way)| Ok(((*name).to_string(), film(&scene, way)?)))
+        .map(|(name, shading)| Ok(((*name).to_string(), film(&scene, shading)?)))
         .collect::<Result<Vec<_>>>()?;
     let rows = vec![row("bust", &films, 0.0)?];
     let subtitle =

@@ -2,7 +2,7 @@
 //! 2006), and how many coefficients light needs, spherical harmonics beside Haar wavelets (Kautz 2004, 7.4;
 //! Ng, Ramamoorthi & Hanrahan 2003).
 
-use super::survey::{Way, film as drawn, row, sheet};
+use super::survey::{Shading, film as drawn, row, sheet};
 use super::{Options, light, mesh, save, say};
 use anyhow::{Context, Result, anyhow};
 use glam::{Vec2, Vec3};
@@ -131,7 +131,7 @@ pub fn wavelets(o: &Options) -> Result<()> {
     say(&format!(
         "STAR04 7.4: a bunny under {name} by coefficients of the light, relative RMS error beside paths"
     ));
-    let truth = drawn(&scene, &Way::Paths(1))?;
+    let truth = drawn(&scene, &Shading::Paths(1))?;
     let image = &scene.lights.environment.as_ref().context("a light without an image")?.image;
     let of_light = sh::project(image, BANDS[3] - 1);
     let t = vectors(&scene.mesh, BANDS[3], Some(4096))?;

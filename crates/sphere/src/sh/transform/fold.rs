@@ -48,7 +48,7 @@ pub(super) fn register<A: Arch, T: Real>(x: &[f64]) -> T::Vector<A> {
 
 /// A block's cells among those of others: [m / SIDE][block][m % SIDE].
 #[derive(Clone, Copy)]
-pub(super) struct Cells<'a, T> {
+pub(super) struct BlockCells<'a, T> {
     pub(super) cells: &'a [T],
     pub(super) blocks: usize,
     pub(super) block: usize,
@@ -59,7 +59,7 @@ pub(super) struct Unfold<'a, T> {
     pub(super) bins: &'a [[u32; 2]],
     pub(super) unused: &'a [u32],
     pub(super) aliased: bool,
-    pub(super) cells: Cells<'a, T>,
+    pub(super) cells: BlockCells<'a, T>,
     /// The first lane in a cell.
     pub(super) at: usize,
     pub(super) x: &'a mut [T],
@@ -75,7 +75,7 @@ impl<T: Real> Kernel for Unfold<'_, T> {
         for place in self.unused {
             spectra[*place as usize] = [zero; 2];
         }
-        let Cells { cells, blocks, block } = self.cells;
+        let BlockCells { cells, blocks, block } = self.cells;
         for (side, bins) in self.bins.chunks(SIDE).enumerate() {
             let mut at = (side * blocks + block) * SIDE * CELL + self.at;
             for (k, bins) in bins.iter().enumerate() {

@@ -7,7 +7,7 @@
 
 use super::Sample;
 use super::batch::Batch;
-use super::fold::{Cells, Fold, Unfold};
+use super::fold::{BlockCells, Fold, Unfold};
 use super::kernel::{Real, aligned};
 use super::rings::{BLOCK, Rings};
 use super::rows::Rows;
@@ -101,7 +101,7 @@ impl<T: Real> Fourier<T> {
     /// Rows of samples from a block's cell for each m.
     pub(super) fn backward<S: Sample>(
         &self,
-        cells: Cells<'_, T>,
+        cells: BlockCells<'_, T>,
         block: &mut RowBlock<&mut [S]>,
         buffers: &mut Buffers<T>,
     ) {

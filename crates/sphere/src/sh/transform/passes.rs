@@ -1,7 +1,7 @@
 //! The passes of a transform over its samples: FFTs of blocks of rows, Legendre sums of each m.
 
 use super::analysis::Analysis;
-use super::fold::Cells;
+use super::fold::BlockCells;
 use super::fourier::{Buffers, Fourier, RowBlock};
 use super::kernel::{CELL, Part, Real, Scratch, aligned};
 use super::latitude::{Latitude, Sequences};
@@ -133,7 +133,7 @@ impl ShTransform {
             });
             let rows = blocks_mut(&mut planes, self.width, self.height, pairs.clone());
             self.each(rows, &work.buffers, |buffers, b, mut rows| {
-                work.fourier.backward(Cells { cells, blocks, block: b }, &mut rows, buffers);
+                work.fourier.backward(BlockCells { cells, blocks, block: b }, &mut rows, buffers);
             });
         }
         work.put_back(buffer);

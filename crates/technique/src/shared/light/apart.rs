@@ -82,7 +82,7 @@ impl Apart {
     }
 
     /// The mean squares of `rest`, by which errors of maps are estimated.
-    pub fn meter(&self) -> SpectralError {
+    pub fn spectral_error(&self) -> SpectralError {
         SpectralError::new(&self.rest, self.beyond)
     }
 

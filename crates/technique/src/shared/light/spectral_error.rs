@@ -28,8 +28,8 @@ pub struct SpectralError {
 }
 
 impl SpectralError {
-    /// The meter of a light with the mean square `far` of L'_lq per channel at every band beyond the
-    /// spectrum's.
+    /// The errors of rows under a light with the mean square `far` of L'_lq per channel at every band beyond
+    /// the spectrum's.
     pub fn new(light: &Spectrum, far: [f64; 3]) -> Self {
         let mean = light.mean_squares();
         let beyond = mean.each_ref().map(|m| {

@@ -79,7 +79,7 @@ pub fn choose(
         None if kernels.brdf.is_some() && !p.given() => (0, &SUNS),
         _ => (0, &[]),
     };
-    let whole = Apart::suns(light, 0).meter();
+    let whole = Apart::suns(light, 0).spectral_error();
     let slices = &kernels.slices;
     let totals = (0..slices.slices.len()).map(|i| whole.slice(slices, i)).collect();
     let wanted = Wanted { slug, slices, totals, p, highest, spacing };
@@ -116,9 +116,9 @@ impl<S: Fn(usize) -> f64> Wanted<'_, S> {
     /// tolerance.
     fn expand(&self, apart: Apart, task: &Task) -> Result<(f64, Expansion), BakeError> {
         task.check()?;
-        let meter = apart.meter();
+        let spectral_error = apart.spectral_error();
         let Self { slices: s, p, highest, spacing, .. } = self;
-        let seen = Seen { meter: &meter, totals: &self.totals };
+        let seen = Seen { spectral_error: &spectral_error, totals: &self.totals };
         let tolerance = task.tolerance().unwrap_or(TOLERANCE);
         let everywhere = task.tolerance().is_some();
         let goals = Goals::new(tolerance, everywhere);
@@ -143,7 +143,7 @@ impl<S: Fn(usize) -> f64> Wanted<'_, S> {
         let reached = if everywhere { powers.error().sqrt() } else { 0.0 };
         let tolerance = tolerance.max(reached);
         let f = fixed.map_or_else(|| powers.faded(tolerance), |f| f.min(s.order));
-        let q = azimuth(&fit.lpq, &meter, powers.exact(true));
+        let q = azimuth(&fit.lpq, &spectral_error, powers.exact(true));
         let lpq = fit.lpq.truncated(f, fit.lpq.p);
         let enough = |size: usize| powers.lookups(f, spacing(size)) <= (0.25 * tolerance).powi(2);
         let size = p.size.unwrap_or_else(|| spectral_error::size(MOST_SIZE, enough).max(8));
@@ -246,11 +246,11 @@ fn search(
 }
 
 /// The highest q whose terms are more than rounding.
-fn azimuth(lpq: &Lpq, meter: &SpectralError, exact: f64) -> usize {
+fn azimuth(lpq: &Lpq, spectral_error: &SpectralError, exact: f64) -> usize {
     let power = |q: usize| {
         let rows = (q..=lpq.p).map(|p| {
             let row = lpq.row(p, q);
-            (0..3).map(|c| meter.row(c, q, row[c].iter().copied())).sum::<f64>()
+            (0..3).map(|c| spectral_error.row(c, q, row[c].iter().copied())).sum::<f64>()
         });
         // Mean of y_pq² over the sphere.
         rows.sum::<f64>() / (4.0 * PI)

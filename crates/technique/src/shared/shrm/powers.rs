@@ -72,7 +72,7 @@ impl Bands {
 
 /// The light in maps, and the mean square of all radiance at every elevation.
 pub struct Seen<'a> {
-    pub meter: &'a SpectralError,
+    pub spectral_error: &'a SpectralError,
     pub totals: &'a [f64],
 }
 
@@ -88,7 +88,7 @@ impl Powers {
     /// Powers of the fit `lpq` to `rest`, which is `all` without its diffuse part. Elevations up to 60°
     /// count, or all where `everywhere`.
     pub fn new(seen: &Seen<'_>, all: &Slices, rest: &Slices, lpq: &Lpq, everywhere: bool) -> Self {
-        let meter = seen.meter;
+        let spectral_error = seen.spectral_error;
         let one = |i: usize| {
             let bands = all.order + 1;
             let (mut exact, mut made, mut error) = (vec![0.0; bands], vec![0.0; bands], vec![0.0; bands]);
@@ -98,7 +98,7 @@ impl Powers {
                 let (whole, part) = (all.row(i, q), rest.row(i, q));
                 for c in 0..3 {
                     for l in q..bands {
-                        let w = both * meter.mean(c, l);
+                        let w = both * spectral_error.mean(c, l);
                         let k = series.get(q).map_or(0.0, |s| s[c][l]);
                         exact[l] += w * whole[c][l].powi(2);
                         made[l] += w * k * k;
@@ -117,7 +117,7 @@ impl Powers {
                 exact,
                 made,
                 error,
-                tail: meter.tail(all, i),
+                tail: spectral_error.tail(all, i),
                 total: seen.totals[i],
             }
         };

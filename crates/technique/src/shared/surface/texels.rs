@@ -7,9 +7,9 @@ use steradian_scene::surface::{Patch, Texture, Wrap};
 
 /// Textures of one size with their levels: three numbers a texel each.
 #[derive(Debug, Clone)]
-pub struct Texels(Vec<Arc<Texture>>);
+pub struct TextureLayers(Vec<Arc<Texture>>);
 
-impl Texels {
+impl TextureLayers {
     /// Textures that are brought to the size of the largest of each side; none at all where there are none.
     pub fn new(textures: Vec<Arc<Texture>>) -> Self {
         let (width, height) =
@@ -120,7 +120,8 @@ mod tests {
             let p: Vec<f32> = (0..w * h).map(|k| (k % w) as f32).collect();
             Arc::new(Texture::new(w, h, &[p.clone(), p.clone(), p]).expect("texels"))
         };
-        let t = Texels::new(vec![ramp(8, 4), Arc::new(Texture::constant([1.0, 2.0, 3.0])), ramp(4, 4)]);
+        let t =
+            TextureLayers::new(vec![ramp(8, 4), Arc::new(Texture::constant([1.0, 2.0, 3.0])), ramp(4, 4)]);
         assert_eq!(t.size(), (8, 4));
         assert_eq!(t.sample(1, [0.3, 0.9], 0.1), [1.0, 2.0, 3.0]);
         // Texel centres of the narrower texture lie a quarter of its texel from those of the wider one.
@@ -129,14 +130,14 @@ mod tests {
         // 4, 2, 1 and 1 rows.
         assert_eq!((table.level.width, table.level.height, table.level.layers), (8, 8, 3));
         assert_eq!(table.level.bytes.len(), 16 * 8 * 8 * 3);
-        let none = Texels::new(Vec::new()).table("local_none");
+        let none = TextureLayers::new(Vec::new()).table("local_none");
         assert_eq!(none.level.bytes.len(), 16);
     }
 
     #[test]
     fn planes_fill_textures_by_threes() {
         let planes: Vec<Vec<f32>> = (0..4).map(|k| vec![k as f32; 4]).collect();
-        let t = Texels::of_planes(2, 2, &planes);
+        let t = TextureLayers::of_planes(2, 2, &planes);
         assert_eq!(
             (t.sample(0, [0.1, 0.2], 0.0), t.sample(1, [0.1, 0.2], 0.5)),
             ([0.0, 1.0, 2.0], [3.0, 0.0, 0.0])

@@ -28,9 +28,9 @@ pub enum Azimuths {
     /// The full circle; the first and the last column are equal.
     Full,
     /// 0 … π, where y and −y have equal values.
-    Half,
+    Mirrored,
     /// 0 … π, where (x, y) and (−x, −y) have equal values.
-    Turn,
+    HalfTurn,
     /// 0 … π/2, where the signs of x and y do not matter.
     Quarter,
 }
@@ -54,8 +54,8 @@ impl Azimuths {
         match self {
             Self::One => 0.0,
             Self::Quarter => p,
-            Self::Half => 0.5 * above,
-            Self::Turn => 0.5 * if y < 0.0 { 2.0 - above } else { above },
+            Self::Mirrored => 0.5 * above,
+            Self::HalfTurn => 0.5 * if y < 0.0 { 2.0 - above } else { above },
             Self::Full => 0.25 * if y < 0.0 { 4.0 - above } else { above },
         }
     }
@@ -84,7 +84,7 @@ impl Map {
         let width = match azimuths {
             Azimuths::One => 1,
             Azimuths::Full => side + 1,
-            Azimuths::Half | Azimuths::Turn => side / 2 + 1,
+            Azimuths::Mirrored | Azimuths::HalfTurn => side / 2 + 1,
             Azimuths::Quarter => side / 4 + 1,
         };
         Self { azimuths, rows, width, height: side }
@@ -173,7 +173,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     const ALL: [Azimuths; 5] =
-        [Azimuths::One, Azimuths::Full, Azimuths::Half, Azimuths::Turn, Azimuths::Quarter];
+        [Azimuths::One, Azimuths::Full, Azimuths::Mirrored, Azimuths::HalfTurn, Azimuths::Quarter];
 
     /// Nodes lie where lookups find them, and their cells cover their part of the hemisphere.
     #[test]
@@ -190,7 +190,8 @@ mod tests {
                     assert!((y - j as f32).abs() < inside, "{azimuths:?} {rows:?}: {i} {j}: {y}");
                     // At the pole any column is right, and the first and the last column of a full circle are
                     // equal.
-                    let ends = matches!(azimuths, Azimuths::Full | Azimuths::Turn) && i % (m.width - 1) == 0;
+                    let ends =
+                        matches!(azimuths, Azimuths::Full | Azimuths::HalfTurn) && i % (m.width - 1) == 0;
                     let pole = v == 0.0 && rows == Rows::Pole || v > 0.999 && rows == Rows::Horizon;
                     assert!(pole || ends || (x - i as f32).abs() < 1e-3, "{azimuths:?}: {i} {j}: {x}");
                 }
@@ -206,8 +207,8 @@ mod tests {
     fn what_is_the_same_has_one_place() {
         let w = [0.3f32, -0.5, 0.8];
         let at = |a: Azimuths, x: f32, y: f32| Map::new(a, Rows::Pole, 32).place([x, y, w[2]]);
-        assert_eq!(at(Azimuths::Half, w[0], w[1]), at(Azimuths::Half, w[0], -w[1]));
-        assert_eq!(at(Azimuths::Turn, w[0], w[1]), at(Azimuths::Turn, -w[0], -w[1]));
+        assert_eq!(at(Azimuths::Mirrored, w[0], w[1]), at(Azimuths::Mirrored, w[0], -w[1]));
+        assert_eq!(at(Azimuths::HalfTurn, w[0], w[1]), at(Azimuths::HalfTurn, -w[0], -w[1]));
         assert_eq!(at(Azimuths::Quarter, w[0], w[1]), at(Azimuths::Quarter, -w[0], w[1]));
         assert_ne!(at(Azimuths::Full, w[0], w[1]), at(Azimuths::Full, -w[0], w[1]));
         assert!(at(Azimuths::Full, 0.0, 0.0).iter().all(|x| x.is_finite()));

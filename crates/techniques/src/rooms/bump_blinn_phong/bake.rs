@@ -2,7 +2,7 @@
 
 use crate::local::FileName;
 use crate::shared::surface::bumps::{self, Bumps};
-use crate::shared::surface::texels::Texels;
+use crate::shared::surface::texels::TextureLayers;
 use crate::{BakeError, Material};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -43,7 +43,7 @@ pub struct Bumped {
     pub filter: usize,
     pub bumps: Option<Bumps>,
     /// Mean normals, and their covariances.
-    pub texels: Texels,
+    pub texels: TextureLayers,
 }
 
 pub(super) fn bake(m: &Material, p: &Params) -> Result<Bumped, BakeError> {
@@ -55,8 +55,10 @@ pub(super) fn bake(m: &Material, p: &Params) -> Result<Bumped, BakeError> {
     };
     let bumps = Bumps::of(slug, m, p.relief)?;
     let texels = match &bumps {
-        Some(b) => Texels::new(vec![Arc::new(b.map.mean().clone()), Arc::new(b.map.spread().clone())]),
-        None => Texels::new([[0.0, 0.0, 1.0], [0.0; 3]].map(|c| Arc::new(Texture::constant(c))).into()),
+        Some(b) => TextureLayers::new(vec![Arc::new(b.map.mean().clone()), Arc::new(b.map.spread().clone())]),
+        None => {
+            TextureLayers::new([[0.0, 0.0, 1.0], [0.0; 3]].map(|c| Arc::new(Texture::constant(c))).into())
+        }
     };
     Ok(Bumped { kd, ks, n, ramp: p.self_shadow == 1, filter: p.filter, bumps, texels })
 }

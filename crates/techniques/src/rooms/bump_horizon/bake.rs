@@ -3,7 +3,7 @@
 use super::links::Scatter;
 use crate::local::FileName;
 use crate::shared::surface::bumps::{self, Bumps, exact_facing, exact_frame};
-use crate::shared::surface::texels::Texels;
+use crate::shared::surface::texels::TextureLayers;
 use crate::{BakeError, Material};
 use glam::DVec3;
 use std::sync::Arc;
@@ -51,9 +51,9 @@ pub struct Relief {
     pub brdf: SharedBrdf,
     pub bumps: Option<Bumps>,
     /// Mean normals.
-    pub normals: Texels,
+    pub normals: TextureLayers,
     pub kept: Kept,
-    pub horizons: Texels,
+    pub horizons: TextureLayers,
     /// Angular radius of the lights, radians.
     pub width: f32,
     /// Links between bumps that see each other, where light is reflected between them.
@@ -69,9 +69,9 @@ pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Relief, Bake
     let (kept, horizons) = match bumps.as_ref().and_then(|b| b.field.as_deref()) {
         Some(f) if p.shadow == 0 => (Kept::Azimuths(p.azimuths), azimuths(f, p.azimuths, task)?),
         Some(f) if p.shadow == 1 => (Kept::Ellipse, ellipses(f, task)?),
-        _ => (Kept::Open, Texels::new(Vec::new())),
+        _ => (Kept::Open, TextureLayers::new(Vec::new())),
     };
-    let (width, normals) = (p.width.to_radians() as f32, Texels::new(vec![normals]));
+    let (width, normals) = (p.width.to_radians() as f32, TextureLayers::new(vec![normals]));
     let scatter = match bumps.as_ref().and_then(|b| b.field.as_deref()) {
         Some(f) if p.bounces > 0 => Scatter::new(f, &normals, [p.bounces, p.directions], task)?,
         _ => None,
@@ -79,26 +79,26 @@ pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Relief, Bake
     Ok(Relief { brdf: m.brdf.clone(), bumps, normals, kept, horizons, width, scatter })
 }
 
-fn azimuths(f: &HeightField, count: usize, task: &Task) -> Result<Texels, BakeError> {
+fn azimuths(f: &HeightField, count: usize, task: &Task) -> Result<TextureLayers, BakeError> {
     let go_on = || task.check().is_ok();
     let Some(h) = Horizons::new(f, count, &go_on) else {
         task.check()?;
-        return Ok(Texels::new(Vec::new()));
+        return Ok(TextureLayers::new(Vec::new()));
     };
     let texels = f.width() * f.height();
     let plane = |k: usize| (0..texels).map(|texel| h.sample(texel, k)).collect();
     let planes: Vec<Vec<f32>> = (0..count).map(plane).collect();
-    Ok(Texels::of_planes(f.width(), f.height(), &planes))
+    Ok(TextureLayers::of_planes(f.width(), f.height(), &planes))
 }
 
-fn ellipses(f: &HeightField, task: &Task) -> Result<Texels, BakeError> {
+fn ellipses(f: &HeightField, task: &Task) -> Result<TextureLayers, BakeError> {
     let go_on = || task.check().is_ok();
     let Some(all) = Ellipses::new(f, &go_on) else {
         task.check()?;
-        return Ok(Texels::new(Vec::new()));
+        return Ok(TextureLayers::new(Vec::new()));
     };
     let planes: Vec<Vec<f32>> = (0..5).map(|k| all.0.iter().map(|e| e.0[k]).collect()).collect();
-    Ok(Texels::of_planes(f.width(), f.height(), &planes))
+    Ok(TextureLayers::of_planes(f.width(), f.height(), &planes))
 }
 
 impl Relief {

@@ -4,7 +4,7 @@ use crate::BakeError;
 use crate::gpu::{Buffer, Uniform, Value};
 use crate::local::Place;
 use crate::shared::surface::bumps;
-use crate::shared::surface::texels::Texels;
+use crate::shared::surface::texels::TextureLayers;
 use glam::Vec3;
 use std::f64::consts::TAU;
 use steradian_base::Task;
@@ -72,7 +72,7 @@ pub(super) fn centre(texel: usize, [w, h]: [usize; 2]) -> Place {
 
 /// The normal at a place.
 #[inline(always)]
-pub(super) fn normal(normals: &Texels, at: Place) -> [f32; 3] {
+pub(super) fn normal(normals: &TextureLayers, at: Place) -> [f32; 3] {
     bumps::unit(normals.sample(0, at.uv, at.footprint)).0
 }
 
@@ -92,7 +92,7 @@ impl Scatter {
     /// The links of a field's texels; none where no texel sees another.
     pub fn new(
         field: &HeightField,
-        normals: &Texels,
+        normals: &TextureLayers,
         [bounces, count]: [usize; 2],
         task: &Task,
     ) -> Result<Option<Self>, BakeError> {

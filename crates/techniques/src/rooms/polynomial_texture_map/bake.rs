@@ -1,7 +1,7 @@
 //! The coefficients: of a map, or of a reflectance.
 
 use crate::local::FileName;
-use crate::shared::surface::texels::Texels;
+use crate::shared::surface::texels::TextureLayers;
 use crate::{BakeError, Material};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -39,7 +39,7 @@ pub struct Polynomials {
     /// Basis of the sums.
     pub basis: Basis,
     /// The coefficients in red, green and blue.
-    pub texels: Texels,
+    pub texels: TextureLayers,
     /// Do they come from a map?
     pub mapped: bool,
 }
@@ -48,7 +48,7 @@ pub(super) fn bake(m: &Material, basis: Basis) -> Result<Polynomials, BakeError>
     let planes: Vec<_> =
         (0..basis.terms()).map_while(|k| m.textures.get(&format!("{MAP}.{k}")).cloned()).collect();
     if planes.len() == basis.terms() {
-        return Ok(Polynomials { basis, texels: Texels::new(planes), mapped: true });
+        return Ok(Polynomials { basis, texels: TextureLayers::new(planes), mapped: true });
     }
     if !planes.is_empty() {
         let why = format!("basis={} needs {} planes, not {}", basis.name(), basis.terms(), planes.len());
@@ -60,7 +60,7 @@ pub(super) fn bake(m: &Material, basis: Basis) -> Result<Polynomials, BakeError>
         Basis::Harmonics16 => fitted::<16>(&*m.brdf),
     };
     let of = of.into_iter().map(|c| Arc::new(Texture::constant(c.map(|x| x as f32))));
-    Ok(Polynomials { basis, texels: Texels::new(of.collect()), mapped: false })
+    Ok(Polynomials { basis, texels: TextureLayers::new(of.collect()), mapped: false })
 }
 
 /// π f · ⟨n·wi⟩ seen along the normal, as polynomials of red, green and blue: coefficient by coefficient.

@@ -62,7 +62,7 @@ impl Node {
 impl Coordinates {
     /// Maps of about `side` × `side` nodes, as symmetry allows.
     pub fn new(form: Form, symmetry: Symmetry, side: usize) -> Self {
-        use Azimuths::{Full, Half, One, Quarter, Turn};
+        use Azimuths::{Full, HalfTurn, Mirrored, One, Quarter};
         let Symmetry { isotropic: _, mirrored, reciprocal } = symmetry;
         let (x, y) = match form {
             Form::ViewLight => (Map::new(Full, Rows::Horizon, side), Map::new(Full, Rows::Horizon, side)),
@@ -71,13 +71,13 @@ impl Coordinates {
                 // A quarter of h has as many columns as half of d.
                 let quarter = Map { width: side / 2 + 1, ..Map::new(Quarter, Rows::Pole, side) };
                 let x = if mirrored { quarter } else { Map::new(Full, Rows::Pole, side) };
-                (x, Map::new(if reciprocal { Turn } else { Full }, Rows::Horizon, side))
+                (x, Map::new(if reciprocal { HalfTurn } else { Full }, Rows::Horizon, side))
             }
             Form::IsotropicHalfDifference => {
                 let azimuths = match (mirrored, reciprocal) {
                     (true, true) => Quarter,
-                    (true, false) => Half,
-                    (false, true) => Turn,
+                    (true, false) => Mirrored,
+                    (false, true) => HalfTurn,
                     (false, false) => Full,
                 };
                 (Map::new(One, Rows::Pole, 4 * side), Map::new(azimuths, Rows::Horizon, side))
@@ -89,7 +89,7 @@ impl Coordinates {
 
     /// Does exchanging light and view lead to the same node?
     fn exchanges(&self) -> bool {
-        self.over_half() && matches!(self.y.azimuths, Azimuths::Turn | Azimuths::Quarter)
+        self.over_half() && matches!(self.y.azimuths, Azimuths::HalfTurn | Azimuths::Quarter)
     }
 
     /// Coordinates in the maps of x and y.

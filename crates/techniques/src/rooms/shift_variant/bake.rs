@@ -2,7 +2,7 @@
 
 use crate::local::FileName;
 use crate::shared::surface::bumps::{self, Bumps, exact_facing, exact_frame};
-use crate::shared::surface::texels::Texels;
+use crate::shared::surface::texels::TextureLayers;
 use crate::{BakeError, Material};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -64,7 +64,7 @@ pub struct Varied {
     pub bumps: Option<Bumps>,
     /// Slopes of the normals and their moments, covariance of the lobe, or C in the tangent plane, specular
     /// factor, albedo; and of Lafortune's lobe C along the normal and 1/n.
-    pub texels: Texels,
+    pub texels: TextureLayers,
     /// Factor of a scaled reflectance's lobe.
     pub scale: [f64; 3],
     /// Widths, or the exponent, specular factor and albedo of the reflectance.
@@ -132,7 +132,7 @@ pub(super) fn bake(m: &Material, p: &Params) -> Result<Varied, BakeError> {
     let bumps = Bumps::of(slug, m, p.relief)?;
     let planes =
         ["tangent", "widths", "specular", "albedo", "lobe"].map(|name| m.textures.get(name).cloned());
-    let texels = Texels::new(Vec::new());
+    let texels = TextureLayers::new(Vec::new());
     let mut out = Varied { model, bumps, texels, scale, widths, lobe: c, specular, albedo, planes };
     out.texels = out.layers();
     Ok(out)
@@ -181,7 +181,7 @@ impl Varied {
         self.planes[k].as_ref().map_or(usual, |t| nearest(t, uv).map(|x| x.max(0.0)))
     }
 
-    fn layers(&self) -> Texels {
+    fn layers(&self) -> TextureLayers {
         let (width, height) = self.resolution();
         let wrap = self.bumps.as_ref().map(|b| b.map.mean().wrap());
         let wrap = wrap
@@ -215,7 +215,7 @@ impl Varied {
             texture(&|uv| self.colour_at(2, self.specular, uv)),
             texture(&|uv| self.colour_at(3, self.albedo, uv)),
         ];
-        Texels::new(layers.into_iter().chain(along).flatten().collect())
+        TextureLayers::new(layers.into_iter().chain(along).flatten().collect())
     }
 
     /// The model of a texel by its own formula, turned to the texel's tangent.

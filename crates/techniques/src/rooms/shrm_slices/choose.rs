@@ -53,16 +53,16 @@ impl Choice {
         limits: Limits,
     ) -> Self {
         let s = &material.slices;
-        let meter = apart.meter();
+        let spectral_error = apart.spectral_error();
         // Where suns dominate the radiance, errors relative to it would bound those of the maps' own light
         // poorly.
-        let parts = Scaled::totals(s, &meter);
+        let parts = Scaled::totals(s, &spectral_error);
         let least = |(part, total): (&f64, &f64)| part.max(LEAST * total).min(*total);
         let own: Vec<f64> = parts.iter().zip(totals).map(least).collect();
         let goal = |(part, total): (&f64, &f64)| (rest * rest * part).max(LEAST * total).min(*total);
         let goals: Vec<f64> = parts.iter().zip(totals).map(goal).collect();
         let lenient = goals.iter().zip(&parts).any(|(goal, part)| *goal > 1.001 * part);
-        let scaled = Scaled::new(s, &meter, goals);
+        let scaled = Scaled::new(s, &spectral_error, goals);
         let expansion = Expansion::new(&scaled, tolerance, limits);
         let errors: Vec<f64> =
             (0..scaled.len()).map(|i| expansion.error(&scaled, i) * scaled.total[i]).collect();
@@ -103,7 +103,7 @@ pub fn choose(
     let asked = |t: f64| (AMPLE[1] as f64 * (ASKED / t).min(1.0)) as usize;
     let ample = task.tolerance().map_or(AMPLE[0], asked).min(limits.bytes);
     let s = &material.slices;
-    let whole = Apart::suns(light, 0).meter();
+    let whole = Apart::suns(light, 0).spectral_error();
     let totals = Scaled::totals(s, &whole);
     let made = |apart: Apart, rest: f64| Choice::new(&totals, material, apart, rest, tolerance, limits);
     let most = if material.brdf.is_some() { p.lights.unwrap_or(usize::MAX) } else { 0 };

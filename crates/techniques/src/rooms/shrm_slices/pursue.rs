@@ -3,7 +3,7 @@
 use super::scaled::{Scaled, both};
 use crate::shared::light::apart::Apart;
 use steradian_base::{Cancelled, Task};
-use steradian_prefilter::Pursuit;
+use steradian_prefilter::MatchingPursuit;
 
 /// Angular radius of the disks, radians: a little less than the sun's, below what the highest band resolves.
 const RADIUS: f64 = 0.004;
@@ -36,12 +36,17 @@ fn weights(scaled: &Scaled<'_>, order: usize) -> Vec<f64> {
 }
 
 /// Up to `most` disks.
-pub fn pursue(apart: &Apart, scaled: &Scaled<'_>, most: usize, task: &Task) -> Result<Pursuit, Cancelled> {
+pub fn pursue(
+    apart: &Apart,
+    scaled: &Scaled<'_>,
+    most: usize,
+    task: &Task,
+) -> Result<MatchingPursuit, Cancelled> {
     let light = &apart.rest.sh;
-    Pursuit::new(light, &weights(scaled, light.order), RADIUS, most, task)
+    MatchingPursuit::new(light, &weights(scaled, light.order), RADIUS, most, task)
 }
 
 /// The first `count` disks of those found taken out too.
-pub fn with(apart: &Apart, found: &Pursuit, count: usize) -> Apart {
+pub fn with(apart: &Apart, found: &MatchingPursuit, count: usize) -> Apart {
     apart.with(&found.small_lights(&apart.rest.sh, count))
 }

@@ -31,7 +31,7 @@ impl Look {
         mut angles: Option<&mut [[f32; SIDE]; 6]>,
     ) {
         let mut up = [0.0; SIDE];
-        let texels = Texels::<A::F32>::new(table);
+        let texels = ParaboloidGrid::<A::F32>::new(table);
         let mut lane = 0;
         while lane < SIDE {
             let [n, along, wo] = [Xyz::<A::F32>::load(n, lane), Xyz::load(along, lane), Xyz::load(wo, lane)];
@@ -59,7 +59,7 @@ impl Look {
         wo: &Vectors,
     ) {
         let mut up = [0.0; SIDE];
-        let texels = Texels::<A::F32>::new(table);
+        let texels = ParaboloidGrid::<A::F32>::new(table);
         let mut lane = 0;
         while lane < SIDE {
             let [n, t, wo] = [Xyz::<A::F32>::load(n, lane), Xyz::load(t, lane), Xyz::load(wo, lane)];
@@ -74,7 +74,7 @@ impl Look {
     #[inline(always)]
     fn texels<V: Single>(
         &mut self,
-        of: &Texels<V>,
+        of: &ParaboloidGrid<V>,
         lane: usize,
         frame: [Xyz<V>; 3],
         wo: Xyz<V>,
@@ -121,7 +121,7 @@ impl Look {
 }
 
 /// The mapping of a table's texels onto the paraboloid.
-struct Texels<V> {
+struct ParaboloidGrid<V> {
     reach: V,
     inverse: V,
     /// The last place, and the last texel with one behind it.
@@ -130,7 +130,7 @@ struct Texels<V> {
     row: V,
 }
 
-impl<V: Single> Texels<V> {
+impl<V: Single> ParaboloidGrid<V> {
     #[inline(always)]
     fn new(table: &ViewTable) -> Self {
         let ([reach, h], size) = (lattice(table.size), table.size);

@@ -9,7 +9,7 @@
 use super::fill::ring;
 use super::{Projection, Rule};
 use crate::BakeError;
-use crate::shared::surface::texels::Texels;
+use crate::shared::surface::texels::TextureLayers;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
@@ -42,7 +42,7 @@ pub struct Places {
     /// Nodes along both axes; 1 along one on which nothing varies, the second before the first.
     nodes: [usize; 2],
     /// Positions of the texels along both axes, in nodes: 0 to the number of nodes less one.
-    texels: Texels,
+    texels: TextureLayers,
 }
 
 /// Up to four nodes around a point, and their weights.
@@ -83,7 +83,7 @@ impl Places {
         let [x, y] = planes;
         let zero = vec![0.0; x.len()];
         let texture = Texture::new(width, height, &[x, y, zero]).map(|t| Arc::new(t.with_wrap(plane.wrap())));
-        out.texels = Texels::new(texture.into_iter().collect());
+        out.texels = TextureLayers::new(texture.into_iter().collect());
         Ok(out)
     }
 
@@ -95,7 +95,7 @@ impl Places {
             let distance = |q: &&[f64; 2]| (q[0] - from[0]).hypot(q[1] - from[1]);
             all.iter().max_by(|a, b| distance(a).total_cmp(&distance(b))).copied().unwrap_or(from)
         };
-        let texels = Texels::new(Vec::new());
+        let texels = TextureLayers::new(Vec::new());
         // The ends of a line are the texels farthest apart.
         let a = far(least);
         let b = far(a);
@@ -315,7 +315,7 @@ impl Places {
         let texture = Texture::new(shape[1], shape[0], &[plane(0), plane(1), vec![0.0; all.len() / 2]]);
         let texture = texture.filter(|_| shape[2] == 2 && all.iter().all(|x| x.is_finite()));
         let texture = Arc::new(texture.ok_or_else(|| bad(&name))?.with_wrap([u, w]));
-        let texels = Texels::new(vec![texture]);
+        let texels = TextureLayers::new(vec![texture]);
         Ok(Some(Self { first: [a, b], steps: [[c, d], [e, f]], nodes: [nx, ny], texels }))
     }
 }

@@ -1,6 +1,6 @@
 //! The numbers of lobes as images give them, in a form that can be averaged: single precision, with levels.
 
-use super::super::texels::Texels;
+use super::super::texels::TextureLayers;
 use super::{LAYERS, LEAST, Lobe};
 use glam::DVec3;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ pub struct Averages {
     /// Lobes.
     pub count: usize,
     /// ρ_d, then [`LAYERS`] a lobe.
-    pub(super) texels: Texels,
+    pub(super) texels: TextureLayers,
 }
 
 pub(super) fn constant(v: [f64; 3]) -> Arc<Texture> {
@@ -26,7 +26,7 @@ pub(super) fn constant(v: [f64; 3]) -> Arc<Texture> {
 /// The layers of a lobe from its ρ, the three components of C, and its n.
 fn weighed(parts: Vec<Arc<Texture>>) -> Vec<Arc<Texture>> {
     let wrap = parts.iter().find(|t| t.size() != (1, 1)).map_or([Wrap::Repeat; 2], |t| t.wrap());
-    let parts = Texels::new(parts);
+    let parts = TextureLayers::new(parts);
     let (width, height) = parts.size();
     let texel = |k: usize| -> [[f32; 3]; LAYERS] {
         let uv = [(k % width) as f32 + 0.5, (k / width) as f32 + 0.5];
@@ -102,7 +102,7 @@ impl Averages {
             parts.push(plane("n", k + 1).cloned().unwrap_or_else(|| lobe(&|l| l.n, 1.0)));
             layers.extend(weighed(parts));
         }
-        Self { count, texels: Texels::new(layers) }
+        Self { count, texels: TextureLayers::new(layers) }
     }
 
     /// Texels a row and rows.
