@@ -7,7 +7,7 @@ use steradian_brdf::dfg::{Layout, Lut};
 use steradian_formats::{Container, Raster, TexelFormat, TextureLevels, WriteOptions, write_atomic};
 
 /// Extensions of source text.
-const TEXTS: [&str; 3] = ["wgsl", "glsl", "rs"];
+const TEXTS: [&str; 4] = ["wgsl", "glsl", "hlsl", "rs"];
 
 /// Bound of the quadrature's absolute error, which the tables' tests check.
 const QUADRATURE: f64 = 1e-4;

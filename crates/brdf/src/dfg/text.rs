@@ -1,4 +1,4 @@
-//! Tables as source text: WGSL, GLSL and Rust, an array and the function that reads it.
+//! Tables as source text: WGSL, GLSL, HLSL and Rust, an array and the function that reads it.
 
 use super::lut::{Layout, Lut};
 use std::fmt::Write;
@@ -10,6 +10,8 @@ pub enum Language {
     Wgsl,
     /// GLSL 3.30, GLSL ES 3.00 and later.
     Glsl,
+    /// HLSL of shader model 4 and later.
+    Hlsl,
     /// Rust.
     Rust,
 }
@@ -20,6 +22,7 @@ impl Language {
         match extension {
             "wgsl" => Some(Self::Wgsl),
             "glsl" => Some(Self::Glsl),
+            "hlsl" => Some(Self::Hlsl),
             "rs" => Some(Self::Rust),
             _ => None,
         }
@@ -40,12 +43,13 @@ pub fn source(lut: &Lut, language: Language, notes: &[String]) -> String {
     match language {
         Language::Wgsl => wgsl(lut, &mut out),
         Language::Glsl => glsl(lut, &mut out),
+        Language::Hlsl => hlsl(lut, &mut out),
         Language::Rust => rust(lut, &mut out),
     }
     out
 }
 
-/// The comment at the head, the same in all three languages.
+/// The comment at the head, the same in every language.
 fn head(lut: &Lut, notes: &[String]) -> String {
     let mut out = format!("// {} table, {} x {} texels.\n", lut.layout.name(), lut.size, lut.size);
     for (c, what) in ["x", "y", "z"].iter().zip(&lut.layout.channels()[..channels(lut)]) {
@@ -192,6 +196,50 @@ fn glsl(lut: &Lut, out: &mut String) {
     }
 }
 
+fn hlsl(lut: &Lut, out: &mut String) {
+    let (n, kind) = (lut.size, ["float", "float2", "float3"][channels(lut) - 1]);
+    let item = |v: &[f32]| if v.len() == 1 { joined(v) } else { format!("{kind}({})", joined(v)) };
+    let table = numbers(lut, item);
+    let table = table.trim_end().trim_end_matches(',');
+    let _ = write!(
+        out,
+        "static const int DFG_SIZE = {n};\n\
+         static const {kind} DFG[{0}] = {{\n{table}\n}};\n\n\
+         {kind} dfg(float n_dot_v, float perceptual_roughness) {{\n\
+         \x20   float2 at = clamp(float2(n_dot_v, perceptual_roughness) * float(DFG_SIZE) - 0.5, 0.0, float(DFG_SIZE - 1));\n\
+         \x20   int2 low = int2(floor(at));\n\
+         \x20   int2 high = min(low + 1, DFG_SIZE - 1);\n\
+         \x20   float2 t = frac(at);\n\
+         \x20   {kind} top = lerp(DFG[low.y * DFG_SIZE + low.x], DFG[low.y * DFG_SIZE + high.x], t.x);\n\
+         \x20   {kind} bottom = lerp(DFG[high.y * DFG_SIZE + low.x], DFG[high.y * DFG_SIZE + high.x], t.x);\n\
+         \x20   return lerp(top, bottom, t.y);\n\
+         }}\n",
+        n * n,
+    );
+    if matches!(lut.layout, Layout::ScaleBias | Layout::Khronos) {
+        out.push_str(
+            "\n// F_ss (x) and the share of diffuse light E/pi that multiple scattering adds (y): Fdez-Aguera 2019.\n\
+             float2 dfg_multiscatter(float f0, float2 ab) {\n    \
+             float single = f0 * ab.x + ab.y;\n    \
+             float lost = 1.0 - (ab.x + ab.y);\n    \
+             float f_avg = f0 + (1.0 - f0) / 21.0;\n    \
+             return float2(single, single * f_avg / (1.0 - f_avg * lost) * lost);\n}\n",
+        );
+    }
+    if let Some(row) = averages(lut) {
+        let _ = write!(
+            out,
+            "\n// {AVERAGES}\n\
+             static const float DFG_E_AVG[{n}] = {{ {row} }};\n\n\
+             float dfg_e_avg(float perceptual_roughness) {{\n\
+             \x20   float at = clamp(perceptual_roughness * float(DFG_SIZE) - 0.5, 0.0, float(DFG_SIZE - 1));\n\
+             \x20   int low = int(floor(at));\n\
+             \x20   return lerp(DFG_E_AVG[low], DFG_E_AVG[min(low + 1, DFG_SIZE - 1)], frac(at));\n\
+             }}\n",
+        );
+    }
+}
+
 fn rust(lut: &Lut, out: &mut String) {
     let (n, c) = (lut.size, channels(lut));
     let table = numbers(lut, |v| format!("[{}]", joined(v)));
@@ -248,10 +296,11 @@ mod tests {
     fn texts_hold_the_table_s_numbers() {
         for layout in Layout::ALL {
             let lut = lut(layout);
-            for language in [Language::Wgsl, Language::Glsl, Language::Rust] {
+            for language in [Language::Wgsl, Language::Glsl, Language::Hlsl, Language::Rust] {
                 let text = source(&lut, language, &["a\nnote".into()]);
                 assert!(text.contains("// a note\n"));
-                let body = &text[text.find("= [").or(text.find("](")).or(text.find(">(")).unwrap()..];
+                let start = ["= [", "](", ">(", "= {"].iter().find_map(|s| text.find(s)).unwrap();
+                let body = &text[start..];
                 let found: Vec<f32> = body
                     .split(|c: char| !(c.is_ascii_digit() || c == '.'))
                     .filter(|t| t.len() == 8)
@@ -307,6 +356,35 @@ mod tests {
                 naga::valid::Capabilities::empty(),
             );
             v.validate(&module).unwrap_or_else(|e| panic!("{layout:?}: {e:?}"));
+        }
+    }
+
+    /// HLSL in GLSL's names is GLSL, up to how arrays begin and what a scalar does beside a vector.
+    #[test]
+    fn hlsl_is_glsl_by_other_names() {
+        for layout in Layout::ALL {
+            let [hlsl, glsl] = [Language::Hlsl, Language::Glsl].map(|l| source(&lut(layout), l, &[]));
+            let (n, kind) = (4, ["float", "vec2", "vec3"][channels(&lut(layout)) - 1]);
+            let named = [
+                ("static const", "const"),
+                ("float2", "vec2"),
+                ("float3", "vec3"),
+                ("int2", "ivec2"),
+                ("lerp(", "mix("),
+                ("frac(", "fract("),
+                (
+                    "0.5, 0.0, float(DFG_SIZE - 1));\n    ivec2",
+                    "0.5, vec2(0.0), vec2(float(DFG_SIZE - 1)));\n    ivec2",
+                ),
+                ("low + 1, DFG_SIZE - 1);", "low + ivec2(1), ivec2(DFG_SIZE - 1));"),
+                ("\n};", "\n);"),
+                (" };", ");"),
+            ]
+            .into_iter()
+            .fold(hlsl, |text, (from, to)| text.replace(from, to))
+            .replace("DFG[16] = {", &format!("DFG[{}] = {kind}[{}](", n * n, n * n))
+            .replace("DFG_E_AVG[4] = { ", "DFG_E_AVG[4] = float[4](");
+            assert_eq!(named, glsl, "{layout:?}");
         }
     }
 

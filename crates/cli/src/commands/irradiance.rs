@@ -39,9 +39,10 @@ pub struct Options {
     /// hallucinated
     #[arg(long)]
     zh3: bool,
-    /// Coefficients as .csv, .txt or .json; 9 of them as shader text with a function irradiance(n), .wgsl or
-    /// .glsl; or, as .exr .hdr .pfm .png .ktx2, the map of irradiance E over normals in W m⁻² (no 1/π),
-    /// beside the coefficients on standard output [default: coefficients on standard output]
+    /// Coefficients as .csv, .txt or .json; those of up to 16 bands as shader text with a function
+    /// irradiance(n), .wgsl, .glsl or .hlsl; or, as .exr .hdr .pfm .png .ktx2, the map of irradiance E over
+    /// normals in W m⁻² (no 1/π), beside the coefficients on standard output [default: coefficients on
+    /// standard output]
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     /// Layout of the map: latlong, cube, cross, octahedral, … [default: latlong; cube for .ktx2]
@@ -62,7 +63,9 @@ impl Options {
 }
 
 /// Extensions of coefficients.
-const TEXTS: [&str; 5] = ["csv", "json", "txt", "wgsl", "glsl"];
+const TEXTS: [&str; 6] = ["csv", "json", "txt", "wgsl", "glsl", "hlsl"];
+/// Bands of shader text at most: more have errors of single precision and thousands of lines.
+const SHADER_BANDS: u16 = 16;
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let map = match o.output.as_deref().filter(|p| *p != Path::new("-")) {
@@ -93,8 +96,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let extension =
         o.output.as_deref().and_then(|p| p.extension()).map(|e| e.to_string_lossy().to_lowercase());
     let language = extension.as_deref().and_then(Language::of_extension).filter(|_| map.is_none());
-    if language.is_some() && o.bands() != 3 {
-        return Err(Failure::usage("shader text is of 9 coefficients: leave --bands out"));
+    if language.is_some() && o.bands() > SHADER_BANDS {
+        let why = format!("shader text has {SHADER_BANDS} bands at most: give fewer --bands, or write .csv");
+        return Err(Failure::usage(why));
     }
     let c = context.irradiance(&Request {
         environment: o.environment.clone(),

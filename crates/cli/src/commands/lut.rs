@@ -15,7 +15,7 @@ use steradian_session::{LookupTable, check_table, file_name};
 pub struct Options {
     #[arg(value_name = "TABLE", value_parser = layout, help = names::tables())]
     table: Layout,
-    /// Output: .ktx2 .ktx .dds .exr .pfm .png (16 bits), or source text: .wgsl .glsl .rs
+    /// Output: .ktx2 .ktx .dds .exr .pfm .png (16 bits), or source text: .wgsl .glsl .hlsl .rs
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Texels a side [default: 128, of source text 32]

@@ -146,10 +146,18 @@ fn irradiance_is_shader_text() {
             .output()
             .expect("runs")
     };
-    for (file, head) in [("e.wgsl", "fn irradiance(n: vec3<f32>)"), ("e.glsl", "vec3 irradiance(vec3 n)")] {
-        assert!(run(&["irradiance", "studio", "--dering", "-o", file]).status.success());
-        let text = std::fs::read_to_string(d.path().join(file)).expect("a text");
-        assert!(text.contains(head) && text.contains("c8"), "{text}");
+    for (file, head) in [
+        ("e.wgsl", "fn irradiance(n: vec3<f32>)"),
+        ("e.glsl", "vec3 irradiance(vec3 n)"),
+        ("e.hlsl", "float3 irradiance(float3 n)"),
+    ] {
+        for (bands, last) in [("3", "c8"), ("5", "c24"), ("16", "c224")] {
+            assert!(
+                run(&["irradiance", "studio", "--dering", "--bands", bands, "-o", file]).status.success()
+            );
+            let text = std::fs::read_to_string(d.path().join(file)).expect("a text");
+            assert!(text.contains(head) && text.contains(&format!(" {last} =")), "{text}");
+        }
     }
-    assert_eq!(run(&["irradiance", "studio", "--bands", "5", "-o", "e.wgsl"]).status.code(), Some(2));
+    assert_eq!(run(&["irradiance", "studio", "--bands", "17", "-o", "e.wgsl"]).status.code(), Some(2));
 }

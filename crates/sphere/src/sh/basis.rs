@@ -13,7 +13,7 @@ const LIMIT: f64 = f64::from_bits((1023 - 60) << 52);
 
 /// ε_lm = √((l² − m²)/(4l² − 1)), the coefficient of x P̄_l = ε_{l+1} P̄_{l+1} + ε_l P̄_{l−1}.
 #[inline(always)]
-pub(crate) fn epsilon(l: usize, m: usize) -> f64 {
+pub fn epsilon(l: usize, m: usize) -> f64 {
     let (l2, m2) = ((l * l) as f64, (m * m) as f64);
     ((l2 - m2) / (4.0 * l2 - 1.0)).sqrt()
 }

@@ -19,7 +19,7 @@ mod window;
 mod zh3;
 pub mod zonal;
 
-pub use basis::{Basis, eval, legendre};
+pub use basis::{Basis, epsilon, eval, legendre};
 pub use dering::Dering;
 pub use kautz::{QuarterTurns, turn_symbolic};
 pub use points::PointSynthesis;
