@@ -3,6 +3,7 @@
 
 mod build;
 mod node;
+mod packet;
 mod traverse;
 mod triangle;
 

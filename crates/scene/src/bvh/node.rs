@@ -71,80 +71,34 @@ impl<L: Lanes> Slabs<L> {
     /// missed.
     #[inline(always)]
     pub fn enter(&self, node: &Node, t_max: f32) -> (L, u32) {
-        let [x, y, z] = [
-            self.cross(node, self.near[0], 0, &self.inverse),
-            self.cross(node, self.near[1], 1, &self.inverse),
-            self.cross(node, self.near[2], 2, &self.inverse),
-        ];
+        let [x, y, z] = self.near;
+        let near = [self.relative(node, x), self.relative(node, y), self.relative(node, z)];
+        let far = [self.relative(node, x ^ 1), self.relative(node, y ^ 1), self.relative(node, z ^ 1)];
+        self.between(near, far, t_max)
+    }
+
+    /// [`Slabs::enter`] of boxes whose six planes are given by [`Slabs::relative`] of a ray of the same origin.
+    #[inline(always)]
+    pub fn enter_relative(&self, planes: &[L; 6], t_max: f32) -> u32 {
+        let [x, y, z] = self.near;
+        let (near, far) = ([planes[x], planes[y], planes[z]], [planes[x ^ 1], planes[y ^ 1], planes[z ^ 1]]);
+        self.between(near, far, t_max).1
+    }
+
+    /// One of the six planes of each box, seen from the origin.
+    #[inline(always)]
+    pub fn relative(&self, node: &Node, plane: usize) -> L {
+        L::load(&node.planes[plane]).sub(self.origin[plane / 2])
+    }
+
+    #[inline(always)]
+    fn between(&self, near: [L; 3], far: [L; 3], t_max: f32) -> (L, u32) {
+        let (i, b) = (&self.inverse, &self.beyond);
+        let [x, y, z] = [near[0].mul(i[0]), near[1].mul(i[1]), near[2].mul(i[2])];
         let enter = x.max(y).max(z.max(L::splat(0.0)));
-        let [x, y, z] = [
-            self.cross(node, self.near[0] ^ 1, 0, &self.beyond),
-            self.cross(node, self.near[1] ^ 1, 1, &self.beyond),
-            self.cross(node, self.near[2] ^ 1, 2, &self.beyond),
-        ];
+        let [x, y, z] = [far[0].mul(b[0]), far[1].mul(b[1]), far[2].mul(b[2])];
         let leave = x.min(y).min(z.min(L::splat(t_max)));
         (enter, enter.le(leave))
-    }
-
-    /// Distances to a plane of each box on axis `k`.
-    #[inline(always)]
-    fn cross(&self, node: &Node, plane: usize, k: usize, inverse: &[L; 3]) -> L {
-        L::load(&node.planes[plane]).sub(self.origin[k]).mul(inverse[k])
-    }
-}
-
-/// Rays of one origin whose directions lie in a box, as the slab test wants them.
-#[derive(Clone, Copy)]
-pub struct Cone<L> {
-    origin: [L; 3],
-    /// Inverses of the least and of the largest component along each axis.
-    inverse: [[L; 3]; 2],
-    /// These inverses times [`WIDEN`], for the far planes.
-    beyond: [[L; 3]; 2],
-    /// Index, of the six planes, of the near one on each axis.
-    near: [usize; 3],
-    /// Are there components of both signs, or 0, along an axis?
-    mixed: [bool; 3],
-}
-
-impl<L: Lanes> Cone<L> {
-    /// Directions from `low` to `high`.
-    #[inline(always)]
-    pub fn new(origin: Vec3, low: Vec3, high: Vec3) -> Self {
-        let (low, high) = (low.to_array(), high.to_array());
-        // Nothing below is reached by components of 0 at least, and nothing above by those of 0 at most.
-        let inverse = [(low, f32::NEG_INFINITY), (high, f32::INFINITY)]
-            .map(|(d, none)| d.map(|d| if d == 0.0 { none } else { 1.0 / d }));
-        Self {
-            origin: splat(origin.to_array()),
-            inverse: [splat(inverse[0]), splat(inverse[1])],
-            beyond: inverse.map(|i| splat(i.map(|r| r * WIDEN))),
-            near: [0, 1, 2].map(|k| 2 * k + usize::from(high[k] < 0.0)),
-            mixed: [0, 1, 2].map(|k| low[k] <= 0.0 && high[k] >= 0.0),
-        }
-    }
-
-    /// A bit for every box that some of the rays meet by [`Slabs::enter`] in [0, `t_max`], and for some
-    /// others: distances are bounded by those of rays of the least and the largest components, since rounding
-    /// keeps order.
-    #[inline(always)]
-    pub fn enter(&self, node: &Node, t_max: f32) -> u32 {
-        let (mut enter, mut leave) = (L::splat(0.0), L::splat(t_max));
-        for k in 0..3 {
-            let along = |plane: usize, inverse: &[L; 3]| {
-                L::load(&node.planes[plane]).sub(self.origin[k]).mul(inverse[k])
-            };
-            if self.mixed[k] {
-                // Only positive components reach planes above, and only negative ones those below.
-                enter = along(2 * k, &self.inverse[1]).max(enter);
-                enter = along(2 * k + 1, &self.inverse[0]).max(enter);
-                continue;
-            }
-            let (near, far) = (self.near[k], self.near[k] ^ 1);
-            enter = along(near, &self.inverse[0]).min(along(near, &self.inverse[1])).max(enter);
-            leave = along(far, &self.beyond[0]).max(along(far, &self.beyond[1])).min(leave);
-        }
-        enter.le(leave)
     }
 }
 

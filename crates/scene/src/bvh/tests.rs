@@ -124,10 +124,10 @@ fn small_meshes_and_batches() {
     });
 }
 
-/// Rays of one origin traced as a bundle give the results of single rays: along the axes too, where
+/// Rays of one origin traced as a packet give the results of single rays: along the axes too, where
 /// components are 0, and from vertices, where boxes touch the origin.
 #[test]
-fn bundles_of_rays_are_those_rays() {
+fn packets_of_rays_are_those_rays() {
     on_every_isa(|| {
         let mesh = Mesh::merged(&[shapes::knot(2, 3, 0.6, 0.3, 0.1, 24), shapes::plane(3.0, -0.7, 6)]);
         let bvh = Bvh::build(&mesh);

@@ -1,8 +1,8 @@
 //! Figures 6, 7, 8, 9, 15 and 23 of Kautz 2004, *Hardware Lighting and Shading: a Survey*: what its
 //! techniques for local light and for self-shadowing draw, each beside the truth.
 //!
-//! Figures 6 and 7 are held against the model itself, 8 and 9 against paths on the surface that the bumps
-//! stand for, 15 and 23 against paths of one reflection. Errors are relative RMS errors of radiance over the
+//! Figures 6 and 7 are held against the model itself, which casts no shadows, and with shadows by rays against
+//! paths, 8 and 9 against paths on the surface that the bumps stand for, 15 and 23 against paths of one reflection. Errors are relative RMS errors of radiance over the
 //! pixels that all pictures of a row cover wholly.
 
 use super::{Options, light, mesh, percent, save, say};
@@ -35,6 +35,8 @@ const NOISE: f64 = 0.02;
 pub enum Shading<'a> {
     /// A technique for directional and point lights, with data per texel.
     Local(&'a str, Planes),
+    /// The same without data per texel, with shadows by rays.
+    Shadowed(&'a str),
     /// A technique for environments, with its parameters.
     Global(&'a str, &'a str),
     /// The reflectance itself.
@@ -47,9 +49,9 @@ pub enum Shading<'a> {
 pub fn film(scene: &Scene, shading: &Shading<'_>) -> Result<Film> {
     let (mut scene, mut session) = (scene.clone(), Session::new());
     // No shadows but those that a technique knows: the models know none.
-    session.shadows = Shadows::Off;
+    session.shadows = if matches!(shading, Shading::Shadowed(_)) { Shadows::Ray } else { Shadows::Off };
     let method = match shading {
-        Shading::Local(..) => Method::find("sh_irradiance")?,
+        Shading::Local(..) | Shading::Shadowed(_) => Method::find("sh_irradiance")?,
         Shading::Global(slug, _) => Method::find(slug)?,
         Shading::Model => Method::Reference,
         Shading::Paths(bounces) => {
@@ -58,14 +60,19 @@ pub fn film(scene: &Scene, shading: &Shading<'_>) -> Result<Film> {
         }
     };
     for m in &mut scene.materials {
-        if let Shading::Local(spec, planes) = shading {
-            m.local = Local::parse(spec)?.map(|l| l.with_planes(planes.clone()));
+        let local = match shading {
+            Shading::Local(spec, planes) => Some((spec, planes.clone())),
+            Shading::Shadowed(spec) => Some((spec, Planes::default())),
+            _ => None,
+        };
+        if let Some((spec, planes)) = local {
+            m.local = Local::parse(spec)?.map(|l| l.with_planes(planes));
             // Lights near by are all there is: what shades the dark environment is any technique that takes
             // the reflectance.
             m.method = Some(any_global(m)?);
         } else {
             m.method = Some(method.clone());
-            if let (Shading::Global(_, params), Method::Technique(t)) = (shading, &method) {
+            if let (Shading::Global(_, params), Method::Technique(t)) = (way, &method) {
                 m.params = ParamValues::parse(params, t.params())?;
             }
         }
@@ -80,6 +87,11 @@ fn any_global(m: &Material) -> Result<Method> {
     };
     let found = steradian_techniques::registry().iter().find(takes);
     Ok(Method::Technique(*found.with_context(|| format!("{}: no technique takes it", m.brdf.spec()))?))
+}
+
+/// The pictures of a scene that is shaded by each in turn.
+fn films(scene: &Scene, each: &[(&str, Shading<'_>)]) -> Result<Vec<(String, Film)>> {
+    each.iter().map(|(name, shading)| Ok(((*name).to_string(), film(scene, shading)?))).collect()
 }
 
 /// Pictures of a row, the last of them true, with the errors of the others; so many stops darker than usual.
@@ -135,14 +147,16 @@ pub fn analytical(o: &Options) -> Result<()> {
     ] {
         let spec = o.brdfs.first().map_or(spec, String::as_str);
         let scene = scene(o, shapes::teapot(24, true), spec, three_lights())?;
-        let films = [Shading::Local(slug, Planes::default()), Shading::Model]
-            .into_iter()
-            .zip([slug.to_string(), "the model".into()])
-            .map(|(shading, name)| Ok((name, film(&scene, &shading)?)))
-            .collect::<Result<Vec<_>>>()?;
-        rows.push(row(spec.split(':').next().unwrap_or(spec), &films, HIGHLIGHTS)?);
+        let name = spec.split(':').next().unwrap_or(spec);
+        let plain = [(slug, Shading::Local(slug, Planes::default())), ("the model", Shading::Model)];
+        let mut all = row(name, &films(&scene, &plain)?, HIGHLIGHTS)?;
+        let shadowed =
+            [("with shadows", Shading::Shadowed(slug)), ("paths, direct light", Shading::Paths(1))];
+        all.cells.extend(row(name, &films(&scene, &shadowed)?, HIGHLIGHTS)?.cells);
+        rows.push(all);
     }
-    let subtitle = "two-dimensional tables against the models, under three directional lights";
+    let subtitle =
+        "two-dimensional tables against the models, and with shadows against paths, under three lights";
     save(o, "star04-6.png", &sheet("Analytical decomposition", subtitle, rows).draw())
 }
 
@@ -183,11 +197,17 @@ pub fn teapot(o: &Options) -> Result<()> {
         ("homomorphic", Shading::Local("homomorphic", none())),
         ("the model", Shading::Model),
     ];
-    let films = ways
-        .iter()
-        .map(|(name, shading)| Ok(((*name).to_string(), film(&scene, shading)?)))
-        .collect::<Result<Vec<_>>>()?;
-    let rows = vec![row("marble", &films, DARKER)?];
+    let shadowed = [
+        ("one term of (h, d)", Shading::Shadowed("separable_svd:terms=1,parametrisation=hd")),
+        ("two terms of (h, d)", Shading::Shadowed("separable_svd:terms=2,parametrisation=hd")),
+        ("eight terms of (v, l)", Shading::Shadowed("separable_svd:terms=8,parametrisation=vl")),
+        ("homomorphic", Shading::Shadowed("homomorphic")),
+        ("paths, direct light", Shading::Paths(1)),
+    ];
+    let rows = vec![
+        row("marble", &films(&scene, &ways)?, DARKER)?,
+        row("with shadows", &films(&scene, &shadowed)?, DARKER)?,
+    ];
     let subtitle = "Ward's model over marble, numerically decomposed, under three directional lights";
     save(o, "star04-7.png", &sheet("Anisotropic marble", subtitle, rows).draw())
 }
@@ -323,12 +343,12 @@ pub fn bumps(o: &Options) -> Result<()> {
     say(
         "STAR04 figure 9: bumps under a light that moves, relative RMS error beside paths on the displaced plane",
     );
-    let spec = |more: &str| format!("bump_horizon:relief={BUMPS},{more}");
+    let way = |more: &str| format!("bump_horizon:relief={BUMPS},{more}");
     let ways = [
-        ("no shadows", spec("shadow=none"), 1),
-        ("ellipses", spec("shadow=ellipse"), 1),
-        ("horizons", spec("shadow=horizon,azimuths=32"), 1),
-        ("horizons, two reflections more", spec("shadow=horizon,azimuths=32,bounces=2,directions=128"), 3),
+        ("no shadows", way("shadow=none"), 1),
+        ("ellipses", way("shadow=ellipse"), 1),
+        ("horizons", way("shadow=horizon,azimuths=32"), 1),
+        ("horizons, two reflections more", way("shadow=horizon,azimuths=32,bounces=2,directions=128"), 3),
     ];
     let mut rows = Vec::new();
     for (elevation, azimuth) in [(70.0, 0.0), (40.0, 30.0), (20.0, 60.0)] {
@@ -365,7 +385,7 @@ pub fn bust(o: &Options) -> Result<()> {
     ];
     let films = ways
         .iter()
-        .map(|(name, shading)| Ok(((*name).to_string(), film(&scene, shading)?)))
+        .map(|(name, shading)| Ok(((*name).to_string(), film(&scene, way)?)))
         .collect::<Result<Vec<_>>>()?;
     let rows = vec![row("bust", &films, 0.0)?];
     let subtitle =

@@ -99,10 +99,11 @@ fn group<A: Arch, T: Number>(
 ) {
     let (n, lanes, whole) = (form.n, A::F32::LANES, A::F32::LANES == GROUP);
     let all = &numbers[..(1 + form.reflected) * n * GROUP];
-    // The next group's vectors are prefetched, as those of matrices are; the gain was not measured
-    // separately.
+    // Vectors are prefetched two groups ahead: of 100,000 sites with reflected light in three channels of 16
+    // bits, 20 MB, 154 million a second are summed so (AVX-512), 78 to 111 without, 117 to 140 one group ahead
+    // and 92 to 136 four.
     for at in (0..all.len()).step_by(64 / size_of::<T>()) {
-        prefetch(numbers, stride * GROUP + at);
+        prefetch(numbers, 2 * stride * GROUP + at);
     }
     let (direct, reflected) = all.split_at(n * GROUP);
     let mut lane = 0;
@@ -167,20 +168,36 @@ fn add_whole<A: Arch, T: Number>(t: &[T], light: &[[f32; 3]], l: &mut [[A::F32; 
 /// Adds vectors of each channel times its light, in the order of the two above.
 #[inline(always)]
 fn add_channels<A: Arch, T: Number>(t: &[T], light: &[[f32; 3]], lane: usize, l: &mut [[A::F32; 3]; 2]) {
-    let lanes = A::F32::LANES;
-    let channel = light.len() * GROUP;
-    for (i, light) in light.iter().enumerate() {
-        for c in 0..3 {
-            let (t, light) = (&t[c * channel + i * GROUP..][..GROUP], A::F32::splat(light[c]));
-            if lanes == GROUP {
-                let to = &mut l[i % 2][c];
-                *to = T::load::<A::F32>(t).fma(light, *to);
-            } else {
-                l[0][c] = T::load::<A::F32>(&t[lane..]).fma(light, l[0][c]);
-                l[1][c] = T::load::<A::F32>(&t[lane + lanes..]).fma(light, l[1][c]);
+    let (lanes, channel) = (A::F32::LANES, light.len() * GROUP);
+    let (red, rest) = t.split_at(channel);
+    let (green, blue) = rest.split_at(channel);
+    let [mut even, mut odd] = *l;
+    if lanes == GROUP {
+        // Sums stay in registers only where no index chooses between them.
+        let mut pairs = light.chunks_exact(2);
+        let vectors = red.chunks_exact(2 * GROUP).zip(green.chunks_exact(2 * GROUP));
+        for (light, ((r, g), b)) in pairs.by_ref().zip(vectors.zip(blue.chunks_exact(2 * GROUP))) {
+            for (c, t) in [r, g, b].into_iter().enumerate() {
+                even[c] = T::load::<A::F32>(t).fma(A::F32::splat(light[0][c]), even[c]);
+                odd[c] = T::load::<A::F32>(&t[GROUP..]).fma(A::F32::splat(light[1][c]), odd[c]);
+            }
+        }
+        if let Some(light) = pairs.remainder().first() {
+            for (c, t) in [red, green, blue].into_iter().enumerate() {
+                even[c] = T::load::<A::F32>(&t[channel - GROUP..]).fma(A::F32::splat(light[c]), even[c]);
+            }
+        }
+    } else {
+        let vectors = red.chunks_exact(GROUP).zip(green.chunks_exact(GROUP));
+        for (light, ((r, g), b)) in light.iter().zip(vectors.zip(blue.chunks_exact(GROUP))) {
+            for (c, t) in [r, g, b].into_iter().enumerate() {
+                let light = A::F32::splat(light[c]);
+                even[c] = T::load::<A::F32>(&t[lane..]).fma(light, even[c]);
+                odd[c] = T::load::<A::F32>(&t[lane + lanes..]).fma(light, odd[c]);
             }
         }
     }
+    *l = [even, odd];
 }
 
 #[cfg(test)]
