@@ -72,7 +72,7 @@ pub fn film(scene: &Scene, shading: &Shading<'_>) -> Result<Film> {
             m.method = Some(any_global(m)?);
         } else {
             m.method = Some(method.clone());
-            if let (Shading::Global(_, params), Method::Technique(t)) = (way, &method) {
+            if let (Shading::Global(_, params), Method::Technique(t)) = (shading, &method) {
                 m.params = ParamValues::parse(params, t.params())?;
             }
         }
@@ -383,10 +383,7 @@ pub fn bust(o: &Options) -> Result<()> {
         ("figure 23: prt_diffuse", Shading::Global("prt_diffuse", "")),
         ("paths, direct light", Shading::Paths(1)),
     ];
-    let films = ways
-        .iter()
-        .map(|(name, shading)| Ok(((*name).to_string(), film(&scene, way)?)))
-        .collect::<Result<Vec<_>>>()?;
+    let films = films(&scene, &ways)?;
     let rows = vec![row("bust", &films, 0.0)?];
     let subtitle =
         format!("Lambert's reflectance under {name}: the same vertices without and with what the bust hides");
