@@ -48,8 +48,8 @@ impl Pyramid {
         &self.levels[self.levels.len() - 1].0
     }
 
-    /// The open part of each texel of the finest cube, in quarters, for rays from `origin`; texels below the
-    /// horizon about `n` count as open. Deterministic for a given seed.
+    /// The open part of what lies of each texel of the finest cube above the horizon about `n`, in quarters,
+    /// for rays from `origin`; texels below the horizon count as open. Deterministic for a given seed.
     pub fn see<'s>(
         &self,
         bvh: &Bvh,
@@ -60,7 +60,13 @@ impl Pyramid {
     ) -> &'s [f32] {
         let Scratch { coarse, fine, cells, rays, hits, .. } = scratch;
         let mut random = Pcg32::new(seed, 0);
-        let mut point = || [random.next_f64() as f32, random.next_f64() as f32];
+        // Below the horizon is the surface itself, which what weighs texels leaves out: directions there are
+        // mirrored to just above.
+        let mut direction = |level: &Level, c: u32, steps: &[[Vec3; 2]; 6]| {
+            let place = [random.next_f64() as f32, random.next_f64() as f32];
+            let d = level.point(c as usize, steps, place);
+            d - n * (2.0 * d.dot(n).min(0.0))
+        };
         for (k, (level, steps)) in self.levels.iter().enumerate() {
             let reach = reach(level.side);
             fine.clear();
@@ -86,9 +92,7 @@ impl Pyramid {
                 }
             }
             rays.clear();
-            rays.extend(
-                cells.iter().map(|c| Ray { origin, direction: level.point(*c as usize, steps, point()) }),
-            );
+            rays.extend(cells.iter().map(|c| Ray { origin, direction: direction(level, *c, steps) }));
             hits.clear();
             hits.resize(rays.len(), false);
             bvh.occluded_each(rays, f32::INFINITY, hits);
@@ -108,9 +112,7 @@ impl Pyramid {
         );
         rays.clear();
         for c in cells.iter() {
-            rays.extend(
-                (1..EDGE).map(|_| Ray { origin, direction: level.point(*c as usize, steps, point()) }),
-            );
+            rays.extend((1..EDGE).map(|_| Ray { origin, direction: direction(level, *c, steps) }));
         }
         hits.clear();
         hits.resize(rays.len(), false);
