@@ -77,7 +77,8 @@ impl<L: Lanes> Slabs<L> {
         self.between(near, far, t_max)
     }
 
-    /// [`Slabs::enter`] of boxes whose six planes are given by [`Slabs::relative`] of a ray of the same origin.
+    /// [`Slabs::enter`] of boxes whose six planes are given by [`Slabs::relative`] of a ray of the same
+    /// origin.
     #[inline(always)]
     pub fn enter_relative(&self, planes: &[L; 6], t_max: f32) -> u32 {
         let [x, y, z] = self.near;

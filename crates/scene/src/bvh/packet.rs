@@ -1,8 +1,8 @@
 //! Any-hit rays of one origin, traced together: a node is fetched, and the origin subtracted from its planes,
-//! once for all rays that reach it, and no ray's test waits for that of another (Wald et al. 2001, Interactive
-//! Rendering with Coherent Ray Tracing; the eight boxes of a node stay side by side in a register here). A ray
-//! that is alone below a node goes on as a single one. Rays visit the boxes and triangles that they visit
-//! alone, so that results are the same to the bit.
+//! once for all rays that reach it, and no ray's test waits for that of another (Wald et al. 2001,
+//! Interactive Rendering with Coherent Ray Tracing; the eight boxes of a node stay side by side in a register
+//! here). A ray that is alone below a node goes on as a single one. Rays visit the boxes and triangles that
+//! they visit alone, so that results are the same to the bit.
 
 use super::node::{LEAF, Slabs};
 use super::traverse::any;

@@ -1,9 +1,10 @@
 //! Figures 6, 7, 8, 9, 15 and 23 of Kautz 2004, *Hardware Lighting and Shading: a Survey*: what its
 //! techniques for local light and for self-shadowing draw, each beside the truth.
 //!
-//! Figures 6 and 7 are held against the model itself, which casts no shadows, and with shadows by rays against
-//! paths, 8 and 9 against paths on the surface that the bumps stand for, 15 and 23 against paths of one reflection. Errors are relative RMS errors of radiance over the
-//! pixels that all pictures of a row cover wholly.
+//! Figures 6 and 7 are held against the model itself, which casts no shadows, and with shadows by rays
+//! against paths, 8 and 9 against paths on the surface that the bumps stand for, 15 and 23 against paths of
+//! one reflection. Errors are relative RMS errors of radiance over the pixels that all pictures of a row
+//! cover wholly.
 
 use super::{Options, light, mesh, percent, save, say};
 use anyhow::{Context, Result};
