@@ -7,6 +7,7 @@ use crate::shared::light::spectrum::Spectrum;
 use crate::shared::material::view_table::{SiteFrames, Views};
 use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Geometry, Part, Technique};
+use glam::DVec3;
 use steradian_base::{ParamInfo, Task, params};
 use steradian_parallel::prelude::*;
 use steradian_sphere::Frame;
@@ -85,6 +86,10 @@ impl Matrices {
         sites.try_for_each(|(k, (to, v))| {
             task.check()?;
             let [normal, along] = frames.at(k).map(|v| v.as_dvec3());
+            // Vertices of no triangle have no frame; their light is zero.
+            if normal == DVec3::ZERO {
+                return Ok(());
+            }
             let m = products.transfer(normal, v);
             let frame = Frame::from_normal_tangent(normal, along);
             let into = Rotation::new(p.bands - 1, frame.matrix().transpose());

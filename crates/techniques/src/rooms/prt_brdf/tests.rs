@@ -50,6 +50,22 @@ fn balls() -> Geometry {
     Geometry::new(Arc::new(Mesh::merged(&[one, other])), Sites::Vertices)
 }
 
+/// A vertex of no triangle has no surface around it: it is dark, and no number of the bake is NaN.
+#[test]
+fn vertices_of_no_triangle_are_dark() {
+    let mut mesh = shapes::icosphere(1);
+    let vertex = mesh.positions.len();
+    mesh.positions.push(Vec3::ONE);
+    mesh.normals.push(Vec3::Y);
+    let mesh = Arc::new(mesh);
+    let bake = bake("prt_brdf", SPEC, Some(&Geometry::new(mesh.clone(), Sites::Vertices)), &lights::smooth());
+    let rgb = shade(&*bake, &vertices(&mesh));
+    assert!(
+        rgb.iter().all(|plane| plane[vertex] == 0.0 && plane[..vertex].iter().all(|x| *x > 0.0)),
+        "{rgb:?}"
+    );
+}
+
 /// A ball sees nothing of itself: no shadow, and the room without transfer.
 #[test]
 fn in_the_open_it_is_the_table_alone() {
