@@ -37,7 +37,6 @@ impl Default for LocalLight {
 }
 
 impl LocalLight {
-    /// One light in the frames of all sites; its coefficients are times the table's tint. The bands of
     /// One light in the frames of all sites; `light` has six bands at most, and its coefficients already
     /// include the table's tint.
     pub fn turned(frames: &SiteFrames, light: &LightLanes) -> Self {
