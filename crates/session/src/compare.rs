@@ -403,7 +403,7 @@ impl Session {
 
 /// The reference's picture.
 pub(crate) struct Truth {
-    film: Film,
+    pub film: Film,
     display: Display,
     develop: Develop,
     /// For the path tracer: its noise.

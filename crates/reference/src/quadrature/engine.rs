@@ -6,6 +6,7 @@ use super::hints::Hints;
 use super::horizon::{Horizon, Side};
 use super::pyramid::Pyramid;
 use super::rule::{Found, Integrand, clipped, product};
+use std::borrow::Cow;
 use std::collections::BinaryHeap;
 
 /// Source of a rectangle's light.
@@ -41,7 +42,7 @@ impl View {
         } else if z < -patch.reach {
             Side::Below
         } else {
-            self.horizon.side(&patch.rect)
+            self.horizon.side(patch)
         }
     }
 }
@@ -90,6 +91,9 @@ impl Ord for Entry {
 /// Rectangles smaller than this, radians, are not subdivided.
 const SMALLEST: f64 = 1e-10;
 
+/// Room for leaves from the start: most points take fewer.
+const LEAVES: usize = 256;
+
 /// Sums are recomputed after so many subdivisions, to bound rounding errors.
 const REFRESH: u32 = 1 << 12;
 
@@ -112,7 +116,7 @@ pub(super) struct Engine<'a, 'b> {
 impl<'a, 'b> Engine<'a, 'b> {
     /// Ready to run with so many evaluations at most, about.
     pub fn new(scene: &'a Scene<'a>, g: &'b mut Integrand<'a>, budget: u64) -> Self {
-        Self { scene, g, leaves: Vec::new(), heap: BinaryHeap::new(), budget }
+        Self { scene, g, leaves: Vec::with_capacity(LEAVES), heap: BinaryHeap::with_capacity(LEAVES), budget }
     }
 
     /// Subdivides until the errors sum to `tolerance` times the largest channel of the integral plus `known`.
@@ -190,7 +194,7 @@ impl<'a, 'b> Engine<'a, 'b> {
             let large = hints.must_cut(&view.chart, &patch)
                 || (side == Side::Crossing && hints.must_cut_at_horizon(&patch));
             if self.g.evaluations < self.budget && large {
-                let [a, b] = self.halves(&place, rect.long_axis());
+                let [a, b] = self.halves(&place, patch.long_axis());
                 stack.extend([b, a]);
                 continue;
             }
@@ -199,11 +203,11 @@ impl<'a, 'b> Engine<'a, 'b> {
                 continue;
             }
             if self.g.evaluations < self.budget && self.is_heavy(&lit, &rect) {
-                let [a, b] = self.halves(&place, rect.long_axis());
+                let [a, b] = self.halves(&place, patch.long_axis());
                 stack.extend([b, a]);
                 continue;
             }
-            let found = self.integrate(&lit, view, (&place, &rect), side);
+            let found = self.integrate(&lit, view, (&place, &patch), side);
             let index = self.leaves.len() as u32;
             let [a, b] = patch.angular;
             if found.error > 0.0 && a.max(b) > SMALLEST {
@@ -217,13 +221,14 @@ impl<'a, 'b> Engine<'a, 'b> {
         self.scene.image.as_ref().expect("blocks are only admitted where there is an image")
     }
 
-    fn patch(&self, place: &Place) -> (&'a View, Patch) {
-        match *place {
-            Place::Tree(k) => (&self.scene.views[0], self.image().1.nodes[k as usize].patch),
-            Place::Cells(block) => (&self.scene.views[0], Patch::new(self.image().0.rect(&block))),
-            Place::Part { rect, .. } => (&self.scene.views[0], Patch::new(rect)),
-            Place::Disk { chart, rect } => (&self.scene.views[chart], Patch::new(rect)),
-        }
+    fn patch(&self, place: &Place) -> (&'a View, Cow<'a, Patch>) {
+        let chart = if let Place::Disk { chart, .. } = place { *chart } else { 0 };
+        let patch = match *place {
+            Place::Tree(k) => Cow::Borrowed(&self.image().1.nodes[k as usize].patch),
+            Place::Cells(block) => Cow::Owned(Patch::new(self.image().0.rect(&block))),
+            Place::Part { rect, .. } | Place::Disk { rect, .. } => Cow::Owned(Patch::new(rect)),
+        };
+        (&self.scene.views[chart], patch)
     }
 
     /// Is it dark, as the hierarchy tells without reading texels?
@@ -271,20 +276,27 @@ impl<'a, 'b> Engine<'a, 'b> {
         lit.moments().is_some_and(|m| self.image().1.is_heavy(m, rect, self.scene.tolerance))
     }
 
-    fn integrate(&mut self, lit: &Lit<'_>, view: &View, (place, rect): (&Place, &Rect), side: Side) -> Found {
+    fn integrate(
+        &mut self,
+        lit: &Lit<'_>,
+        view: &View,
+        (place, patch): (&Place, &Patch),
+        side: Side,
+    ) -> Found {
         let horizon = (side == Side::Crossing).then_some(&view.horizon);
-        let (chart, made) = (&view.chart, Nodes::new);
+        let chart = &view.chart;
         match (lit, horizon) {
             (Lit::Stored(m), h) => match *place {
                 Place::Tree(k) => {
-                    product(self.g, chart, h, (rect, &self.image().1.nodes[k as usize].nodes), m)
+                    product(self.g, chart, h, (patch, &self.image().1.nodes[k as usize].nodes), m)
                 }
-                _ => product(self.g, chart, h, (rect, &made(rect)), m),
+                _ => product(self.g, chart, h, (patch, &Nodes::new(patch)), m),
             },
-            (Lit::Summed(m), h) => product(self.g, chart, h, (rect, &made(rect)), m),
-            (Lit::Corners(l), Some(h)) => clipped(self.g, chart, h, rect, l),
+            (Lit::Summed(m), h) => product(self.g, chart, h, (patch, &Nodes::new(patch)), m),
+            (Lit::Corners(l), Some(h)) => clipped(self.g, chart, h, patch, l),
             (Lit::Corners(l), None) => {
-                product(self.g, chart, None, (rect, &made(rect)), &corner_moments(l, rect))
+                let moments = corner_moments(l, &patch.rect);
+                product(self.g, chart, None, (patch, &Nodes::new(patch)), &moments)
             }
         }
     }

@@ -119,10 +119,29 @@ fn coefficients(g: &WideSquare) -> WideSquare {
     c
 }
 
-impl Fit {
-    /// The interpolant at a point, given the polynomials' values at its x and y.
-    pub fn at(&self, px: &Row, py: &Wide) -> f64 {
-        blend(&self.c, px, py)
+/// Largest |value − interpolant| of each channel, over points (x, y) in [−1, 1]².
+pub(super) fn largest_difference(fits: &[Fit; 3], points: &[([f64; 2], [f64; 3])]) -> [f64; 3] {
+    run(Differences { fits, points })
+}
+
+struct Differences<'a> {
+    fits: &'a [Fit; 3],
+    points: &'a [([f64; 2], [f64; 3])],
+}
+
+impl Kernel for Differences<'_> {
+    type Output = [f64; 3];
+
+    #[inline(always)]
+    fn run<A: Arch>(self) -> [f64; 3] {
+        let mut worst = [0.0_f64; 3];
+        for ([x, y], value) in self.points {
+            let (px, py) = (polynomials(*x), wide(&polynomials(*y)));
+            for c in 0..3 {
+                worst[c] = worst[c].max((value[c] - blend(&self.fits[c].c, &px, &py)).abs());
+            }
+        }
+        worst
     }
 }
 
@@ -141,9 +160,22 @@ fn blend(c: &WideSquare, px: &Row, py: &Wide) -> f64 {
 #[inline(always)]
 fn discrepancy(c: &WideSquare, s: &Samples, channel: usize) -> f64 {
     let mut worst: f64 = 0.0;
-    for (k, (px, py)) in RULE.checks.iter().enumerate() {
-        let p = blend(c, px, py);
-        worst = worst.max((s.checks[k][channel] - p).abs());
+    // All check points side by side.
+    let [of_x, of_y] = &RULE.checks;
+    let mut p = [0.0; 8];
+    for i in 0..N {
+        let mut row = [0.0; 8];
+        for j in 0..N {
+            for k in 0..8 {
+                row[k] += c[i][j] * of_y[j][k];
+            }
+        }
+        for k in 0..8 {
+            p[k] += of_x[i][k] * row[k];
+        }
+    }
+    for (check, p) in s.checks.iter().zip(p) {
+        worst = worst.max((check[channel] - p).abs());
     }
     if let Some(([x, y], g)) = s.peak {
         let p = blend(c, &polynomials(x), &wide(&polynomials(y)));

@@ -27,22 +27,6 @@ impl Rect {
         [self.phi[1] - self.phi[0], self.theta[1] - self.theta[0]]
     }
 
-    /// Largest angular extents on the sphere along φ and θ.
-    pub fn angular(&self) -> [f64; 2] {
-        let [dphi, dtheta] = self.size();
-        [widest_sine(self.theta) * dphi, dtheta]
-    }
-
-    /// The axis along which it is longer on the sphere; azimuth while it spans more than a quadrant.
-    pub fn long_axis(&self) -> Axis {
-        let [a, b] = self.angular();
-        if a >= b || (self.size()[0] > 0.51 * std::f64::consts::PI && a > 1e-9) {
-            Axis::Phi
-        } else {
-            Axis::Theta
-        }
-    }
-
     /// The two halves of the rectangle.
     pub fn halves(&self, axis: Axis) -> [Self; 2] {
         let mut out = [*self; 2];
@@ -65,18 +49,16 @@ impl Rect {
     }
 }
 
-/// The largest sine over an interval of [0, π].
-fn widest_sine(theta: [f64; 2]) -> f64 {
-    let right = std::f64::consts::FRAC_PI_2;
-    if theta[0] <= right && right <= theta[1] { 1.0 } else { theta[0].sin().max(theta[1].sin()) }
-}
-
-/// A rectangle with derived quantities that take trigonometry.
+/// A rectangle with derived quantities that take trigonometry. Angles come as sine and cosine.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Patch {
     /// The rectangle.
     pub rect: Rect,
-    /// [`Rect::angular`].
+    /// φ and θ of its middle.
+    middle: [(f64, f64); 2],
+    /// φ of both ends, and θ of both.
+    pub ends: [[(f64, f64); 2]; 2],
+    /// Largest angular extents on the sphere along φ and θ.
     pub angular: [f64; 2],
     /// The direction of its middle, in the chart's coordinates.
     pub centre: DVec3,
@@ -89,10 +71,32 @@ impl Patch {
     /// The patch of a rectangle. The squared chord between (φ, θ) and (φ', θ') is 4 sin²(Δθ/2) + 4 sin θ sin
     /// θ' sin²(Δφ/2).
     pub fn new(rect: Rect) -> Self {
-        let (angular, [phi, theta]) = (rect.angular(), rect.centre());
-        let reach = 0.5 * angular[0].hypot(angular[1]);
-        Self { rect, angular, centre: spherical(phi.sin_cos(), theta.sin_cos()), reach }
+        let (centre, [dphi, dtheta]) = (rect.centre(), rect.size());
+        let middle = centre.map(f64::sin_cos);
+        let ends = [0, 1].map(|k| {
+            let half = 0.5 * [dphi, dtheta][k];
+            [-half, half].map(|d| beside(middle[k], centre[k], d))
+        });
+        let angular = [widest_sine(rect.theta, ends[1].map(|(sin, _)| sin)) * dphi, dtheta];
+        let reach = 0.5 * (angular[0] * angular[0] + dtheta * dtheta).sqrt();
+        Self { rect, middle, ends, angular, centre: spherical(middle[0], middle[1]), reach }
     }
+
+    /// The axis along which it is longer on the sphere; azimuth while it spans more than a quadrant.
+    pub fn long_axis(&self) -> Axis {
+        let [a, b] = self.angular;
+        if a >= b || (self.rect.size()[0] > 0.51 * std::f64::consts::PI && a > 1e-9) {
+            Axis::Phi
+        } else {
+            Axis::Theta
+        }
+    }
+}
+
+/// The largest sine over an interval of [0, π] with the sines of its ends.
+fn widest_sine(theta: [f64; 2], sines: [f64; 2]) -> f64 {
+    let right = std::f64::consts::FRAC_PI_2;
+    if theta[0] <= right && right <= theta[1] { 1.0 } else { sines[0].max(sines[1]) }
 }
 
 /// Sample points of an integrand on a rectangle, in the chart's coordinates.
@@ -108,9 +112,9 @@ pub(super) struct Nodes {
 
 impl Nodes {
     /// Nodes of a rectangle.
-    pub fn new(rect: &Rect) -> Self {
-        let ([cp, ct], [hp, ht]) = (rect.centre(), rect.size().map(|s| 0.5 * s));
-        let (phi, theta) = (cp.sin_cos(), ct.sin_cos());
+    pub fn new(patch: &Patch) -> Self {
+        let ([cp, ct], [hp, ht]) = (patch.rect.centre(), patch.rect.size().map(|s| 0.5 * s));
+        let [phi, theta] = patch.middle;
         let check = |[x, y]: [f64; 2]| {
             let theta = beside(theta, ct, ht * y);
             (spherical(beside(phi, cp, hp * x), theta), theta.0)
@@ -141,15 +145,19 @@ impl Nodes {
 
 /// Sine and cosine of `a` + `d` from those of `a`: for small d by the addition theorem and Taylor
 /// polynomials, whose error of d¹³/13! is below rounding; several times as fast as the library's.
-fn beside((sin, cos): (f64, f64), a: f64, d: f64) -> (f64, f64) {
+pub(super) fn beside((sin, cos): (f64, f64), a: f64, d: f64) -> (f64, f64) {
     const SMALL: f64 = 0.25;
     if d.abs() > SMALL {
         return (a + d).sin_cos();
     }
     let q = -d * d;
-    // Σ q^k/(2k + 1)! and Σ q^k/(2k)!.
-    let s = d * (1.0 + q / 6.0 * (1.0 + q / 20.0 * (1.0 + q / 42.0 * (1.0 + q / 72.0 * (1.0 + q / 110.0)))));
-    let c = 1.0 + q / 2.0 * (1.0 + q / 12.0 * (1.0 + q / 30.0 * (1.0 + q / 56.0 * (1.0 + q / 90.0))));
+    // Σ q^k/(2k + 1)! and Σ q^k/(2k)!; divisions would take most of the time.
+    let over = |k: f64| q * (1.0 / k);
+    let s = d
+        * (1.0
+            + over(6.0) * (1.0 + over(20.0) * (1.0 + over(42.0) * (1.0 + over(72.0) * (1.0 + over(110.0))))));
+    let c =
+        1.0 + over(2.0) * (1.0 + over(12.0) * (1.0 + over(30.0) * (1.0 + over(56.0) * (1.0 + over(90.0)))));
     (sin * c + cos * s, cos * c - sin * s)
 }
 

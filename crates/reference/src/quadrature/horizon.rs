@@ -1,16 +1,16 @@
 //! The horizon n·wi = 0 in a chart: an analytic curve θ_h(φ).
 
-use super::geometry::{Chart, Rect};
+use super::geometry::{Chart, Patch};
 use std::f64::consts::{PI, TAU};
 
-/// n·wi = sin θ · B cos(φ − φ_n) + n_y cos θ in chart coordinates.
+/// n·wi = A(φ) sin θ + n_y cos θ in chart coordinates, with A(φ) = n_x cos φ + n_z sin φ.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Horizon {
-    /// Height of the pole above the tangent plane, n·pole.
-    ny: f64,
-    /// B = √(n_x² + n_z²).
+    /// n in the chart's coordinates; n_y is the height of the pole above the tangent plane.
+    n: [f64; 3],
+    /// √(n_x² + n_z²), the largest A.
     b: f64,
-    /// φ_n.
+    /// The azimuth of the largest A.
     phi: f64,
 }
 
@@ -28,48 +28,64 @@ pub(super) enum Side {
 impl Horizon {
     /// The horizon of a chart's shading frame.
     pub fn of(chart: &Chart) -> Self {
-        let (nx, ny, nz) = (chart.x.z, chart.y.z, chart.z.z);
-        Self { ny, b: nx.hypot(nz), phi: nz.atan2(nx) }
+        let n = [chart.x.z, chart.y.z, chart.z.z];
+        Self { n, b: n[0].hypot(n[2]), phi: n[2].atan2(n[0]) }
     }
 
-    /// Smallest and largest B cos(φ − φ_n) over an interval of φ.
-    fn swing(&self, phi: [f64; 2]) -> [f64; 2] {
-        let a = (phi[0] - self.phi).rem_euclid(TAU);
-        let e = a + (phi[1] - phi[0]);
-        let (c0, c1) = (a.cos(), e.cos());
-        let low = if (a <= PI && PI <= e) || e >= PI + TAU { -1.0 } else { c0.min(c1) };
-        let high = if e >= TAU || a == 0.0 { 1.0 } else { c0.max(c1) };
-        [self.b * low, self.b * high]
+    /// A(φ) of an azimuth's sine and cosine.
+    fn a(&self, (sin, cos): (f64, f64)) -> f64 {
+        self.n[0] * cos + self.n[2] * sin
+    }
+
+    /// Smallest and largest A(φ) over the azimuths of a patch.
+    fn swing(&self, patch: &Patch) -> [f64; 2] {
+        let [from, to] = patch.ends[0];
+        let (c0, c1) = (self.a(from), self.a(to));
+        let [mut low, mut high] = [c0.min(c1), c0.max(c1)];
+        let width = patch.rect.size()[0];
+        if width <= 3.0 {
+            // Within less than half a turn A has one extreme at most, where dA/dφ changes its sign.
+            let [d0, d1] = [from, to].map(|(sin, cos)| self.n[2] * cos - self.n[0] * sin);
+            high = if d0 >= 0.0 && d1 <= 0.0 { self.b } else { high };
+            low = if d0 <= 0.0 && d1 >= 0.0 { -self.b } else { low };
+        } else {
+            let a = (patch.rect.phi[0] - self.phi).rem_euclid(TAU);
+            let e = a + width;
+            high = if e >= TAU || a == 0.0 { self.b } else { high };
+            low = if (a <= PI && PI <= e) || e >= PI + TAU { -self.b } else { low };
+        }
+        [low, high]
     }
 
     /// Position of a rectangle. A sliver thinner than rounding counts as below.
-    pub fn side(&self, rect: &Rect) -> Side {
-        let [low, high] = self.swing(rect.phi);
-        let [t0, t1] = rect.theta;
-        let at = |a: f64, t: f64| a * t.sin() + self.ny * t.cos();
-        // n·wi = R cos(θ − ψ) with ψ = atan2(a, n_y).
-        let psi = high.atan2(self.ny);
-        let inside = t0 <= psi && psi <= t1;
-        let top = if inside { high.hypot(self.ny) } else { at(high, t0).max(at(high, t1)) };
+    pub fn side(&self, patch: &Patch) -> Side {
+        let [low, high] = self.swing(patch);
+        // n·wi along θ where A is extreme, at both ends, and its derivative there: over half a turn at most it
+        // has one extreme within, ±√(A² + n_y²), where the derivative changes its sign.
+        let at = |a: f64| patch.ends[1].map(|(sin, cos)| a * sin + self.n[1] * cos);
+        let slope = |a: f64| patch.ends[1].map(|(sin, cos)| a * cos - self.n[1] * sin);
+        let extreme = |a: f64| (a * a + self.n[1] * self.n[1]).sqrt();
+        let ([t0, t1], [d0, d1]) = (at(high), slope(high));
+        let top = if d0 >= 0.0 && d1 <= 0.0 { extreme(high) } else { t0.max(t1) };
         if top <= 1e-15 {
             return Side::Below;
         }
-        let anti = low.atan2(self.ny) + if low < 0.0 { PI } else { -PI };
-        let bottom =
-            if t0 <= anti && anti <= t1 { -low.hypot(self.ny) } else { at(low, t0).min(at(low, t1)) };
+        let ([t0, t1], [d0, d1]) = (at(low), slope(low));
+        let bottom = if d0 <= 0.0 && d1 >= 0.0 { -extreme(low) } else { t0.min(t1) };
         if bottom >= 0.0 { Side::Above } else { Side::Crossing }
     }
 
-    /// The part of [t0, t1] above the horizon at azimuth φ; empty intervals have equal ends.
+    /// The part of [t0, t1] above the horizon at an azimuth's sine and cosine; empty intervals have equal
+    /// ends.
     ///
-    /// With A = B cos(φ − φ_n): A sin θ + n_y cos θ > 0 is θ < θ_h where the pole is above, θ > θ_h where it
-    /// is below; θ_h = atan2(|n_y|, −sign(n_y) A).
-    pub fn clip(&self, phi: f64, [t0, t1]: [f64; 2]) -> [f64; 2] {
-        let a = self.b * (phi - self.phi).cos();
-        if self.ny > 0.0 {
-            [t0, self.ny.atan2(-a).clamp(t0, t1)]
-        } else if self.ny < 0.0 {
-            [(-self.ny).atan2(a).clamp(t0, t1), t1]
+    /// A sin θ + n_y cos θ > 0 is θ < θ_h where the pole is above, θ > θ_h where it is below; θ_h =
+    /// atan2(|n_y|, −sign(n_y) A).
+    pub fn clip(&self, azimuth: (f64, f64), [t0, t1]: [f64; 2]) -> [f64; 2] {
+        let (a, ny) = (self.a(azimuth), self.n[1]);
+        if ny > 0.0 {
+            [t0, ny.atan2(-a).clamp(t0, t1)]
+        } else if ny < 0.0 {
+            [(-ny).atan2(a).clamp(t0, t1), t1]
         } else if a > 0.0 {
             [t0, t1]
         } else {
@@ -80,11 +96,12 @@ impl Horizon {
     /// Azimuths inside (φ0, φ1), ascending, where the horizon passes through the rectangle's edges θ = t0,
     /// t1.
     ///
-    /// B cos(φ − φ_n) = −n_y cot θ.
-    pub fn breaks(&self, rect: &Rect) -> Vec<f64> {
+    /// A(φ) = −n_y cot θ.
+    pub fn breaks(&self, patch: &Patch) -> Vec<f64> {
+        let rect = &patch.rect;
         let mut out = vec![rect.phi[0], rect.phi[1]];
-        for t in rect.theta {
-            let c = -self.ny * t.cos() / (self.b * t.sin());
+        for (sin, cos) in patch.ends[1] {
+            let c = -self.n[1] * cos / (self.b * sin);
             if !(-1.0..=1.0).contains(&c) {
                 continue;
             }
@@ -104,6 +121,7 @@ impl Horizon {
 
 #[cfg(test)]
 mod tests {
+    use super::super::geometry::Rect;
     use super::*;
     use glam::{DMat3, DQuat, DVec3};
 
@@ -141,13 +159,13 @@ mod tests {
                             }
                         }
                     }
-                    match h.side(&rect) {
+                    match h.side(&Patch::new(rect)) {
                         Side::Above => assert_eq!(below, 0, "{rect:?} {chart:?}"),
                         Side::Below => assert_eq!(above, 0, "{rect:?} {chart:?}"),
                         Side::Crossing => {}
                     }
                     if above > 0 && below > 0 {
-                        assert_eq!(h.side(&rect), Side::Crossing);
+                        assert_eq!(h.side(&Patch::new(rect)), Side::Crossing);
                     }
                 }
             }
@@ -160,7 +178,7 @@ mod tests {
             let h = Horizon::of(&chart);
             for k in 0..50 {
                 let phi = f64::from(k) * 0.13 - PI;
-                let [lo, hi] = h.clip(phi, [0.0, PI]);
+                let [lo, hi] = h.clip(phi.sin_cos(), [0.0, PI]);
                 for t in [lo, hi] {
                     if t > 0.0 && t < PI && chart.y.z != 0.0 {
                         assert!(chart.direction(phi, t).z.abs() < 1e-12);

@@ -40,8 +40,8 @@ pub(super) struct Rule {
     pub w: Row,
     /// P_i(x_q), indexed `[i][q]`.
     pub p: Square,
-    /// Polynomials at the check points: of x, and of y.
-    pub checks: [(Row, Wide); CHECKS.len()],
+    /// Polynomials at the check points, degree first: of x, and of y.
+    pub checks: [WideSquare; 2],
 }
 
 /// The one rule.
@@ -53,8 +53,13 @@ pub(super) static RULE: LazyLock<Rule> = LazyLock::new(|| {
         to_degree: [[0.0; N]; N],
         of_node: [[0.0; 8]; N],
         p: [[0.0; N]; N],
-        checks: CHECKS.map(|[x, y]| (polynomials(x), wide(&polynomials(y)))),
+        checks: [[[0.0; 8]; N]; 2],
     };
+    for (k, check) in CHECKS.into_iter().enumerate() {
+        for (table, at) in rule.checks.iter_mut().zip(check) {
+            table.iter_mut().zip(polynomials(at)).for_each(|(row, p)| row[k] = p);
+        }
+    }
     for q in 0..N {
         (rule.x[q], rule.w[q]) = (nodes[q], weights[q]);
         let p = polynomials(nodes[q]);
@@ -73,7 +78,7 @@ pub(super) fn polynomials(x: f64) -> Row {
     let mut p = [1.0, x, 0.0, 0.0, 0.0, 0.0];
     for k in 2..N {
         let n = k as f64;
-        p[k] = ((2.0 * n - 1.0) * x * p[k - 1] - (n - 1.0) * p[k - 2]) / n;
+        p[k] = ((2.0 * n - 1.0) * x * p[k - 1] - (n - 1.0) * p[k - 2]) * (1.0 / n);
     }
     p
 }

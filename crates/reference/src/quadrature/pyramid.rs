@@ -43,8 +43,8 @@ pub(super) struct Node {
 impl Node {
     fn new(block: Block, cells: &ImageCells<'_>) -> Self {
         let rect = cells.rect(&block);
-        let (patch, nodes) = (Patch::new(rect), Nodes::new(&rect));
-        Self { block, child: 0, moments: Moments::ZERO, patch, nodes }
+        let patch = Patch::new(rect);
+        Self { block, child: 0, moments: Moments::ZERO, patch, nodes: Nodes::new(&patch) }
     }
 }
 
@@ -71,7 +71,7 @@ impl Pyramid {
                 let block = nodes[k].block;
                 if block.len() > leaf {
                     nodes[k].child = nodes.len() as u32;
-                    let halves = block.halves(nodes[k].patch.rect.long_axis());
+                    let halves = block.halves(nodes[k].patch.long_axis());
                     nodes.extend(halves.map(|block| Node::new(block, cells)));
                 }
             }

@@ -1,10 +1,10 @@
 //! One rectangle's integral with its error: product integration, or Gauss–Legendre clipped at the horizon.
 
 use super::cells::{Corners, Moments, bilinear};
-use super::fit::{Fit, Samples, fit};
-use super::geometry::{Axis, Chart, Nodes, Rect, SAMPLES, spherical};
+use super::fit::{Fit, Samples, fit, largest_difference};
+use super::geometry::{Axis, Chart, Nodes, Patch, Rect, SAMPLES, beside, spherical};
 use super::horizon::Horizon;
-use super::legendre::{CHECKS, N, RULE, polynomials, wide};
+use super::legendre::{CHECKS, N, RULE};
 use glam::DVec3;
 use steradian_brdf::Brdf;
 
@@ -73,32 +73,35 @@ pub(super) fn product(
     g: &mut Integrand<'_>,
     chart: &Chart,
     horizon: Option<&Horizon>,
-    (rect, nodes): (&Rect, &Nodes),
+    (patch, nodes): (&Patch, &Nodes),
     l: &Moments,
 ) -> Found {
+    let rect = &patch.rect;
     let mut samples = sample(g, chart, nodes);
     if l.peak[0] > 0.0 {
         let [_, phi, theta] = l.peak;
         samples.peak = Some((scaled(rect, phi, theta), g.at(chart.direction(phi, theta), theta.sin())));
     }
     let fits = fit(&samples);
-    let missed = horizon.map(|h| missed_at_horizon(g, chart, h, rect, &fits));
+    let missed = horizon.map(|h| missed_at_horizon(g, chart, h, patch, &fits));
     let mut value = [0.0; 3];
     let mut error: f64 = 0.0;
     for c in 0..3 {
         let f = &fits[c];
+        let mut row = [0.0; N];
         for i in 0..N {
             for j in 0..N {
-                value[c] += f.c[i][j] * l.m[c][i][j];
+                row[j] += f.c[i][j] * l.m[c][i][j];
             }
         }
+        value[c] = row.iter().sum();
         let e = match missed {
             Some(m) => l.abs[c] * f.loose.max(m[c]),
             None => smooth_error(l, c, f),
         };
         error = error.max(e);
     }
-    Found { value, error, axis: axis(&fits, rect) }
+    Found { value, error, axis: axis(&fits, patch) }
 }
 
 /// Largest |g − interpolant| at the corners and on both sides of the horizon, where a jump of g shows that
@@ -107,38 +110,35 @@ fn missed_at_horizon(
     g: &mut Integrand<'_>,
     chart: &Chart,
     horizon: &Horizon,
-    rect: &Rect,
+    patch: &Patch,
     fits: &[Fit; 3],
 ) -> [f64; 3] {
-    let mut worst = [0.0_f64; 3];
-    let mut compare = |phi: f64, theta: f64, value: [f64; 3]| {
-        let [px, py] = scaled(rect, phi, theta).map(polynomials);
-        let py = wide(&py);
-        for c in 0..3 {
-            worst[c] = worst[c].max((value[c] - fits[c].at(&px, &py)).abs());
-        }
-    };
-    for phi in rect.phi {
-        for theta in rect.theta {
-            let wi = chart.direction(phi, theta);
-            let value = if wi.z > 0.0 { g.at(wi, theta.sin()) } else { [0.0; 3] };
-            compare(phi, theta, value);
+    let rect = &patch.rect;
+    let [azimuths, polars] = patch.ends;
+    let mut points = Vec::with_capacity(32);
+    for (x, azimuth) in [-1.0, 1.0].into_iter().zip(azimuths) {
+        for (y, polar) in [-1.0, 1.0].into_iter().zip(polars) {
+            let wi = chart.at(spherical(azimuth, polar));
+            points.push(([x, y], if wi.z > 0.0 { g.at(wi, polar.0) } else { [0.0; 3] }));
         }
     }
-    for w in horizon.breaks(rect).windows(2) {
+    for w in horizon.breaks(patch).windows(2) {
         for u in [0.1, 0.5, 0.9] {
             let phi = w[0] + u * (w[1] - w[0]);
-            let [lo, hi] = horizon.clip(phi, rect.theta);
+            let azimuth = phi.sin_cos();
+            let [lo, hi] = horizon.clip(azimuth, rect.theta);
             let inside = JUST * (hi - lo);
             for (edge, of, above) in [(lo, rect.theta[0], lo + inside), (hi, rect.theta[1], hi - inside)] {
                 if edge != of {
-                    compare(phi, edge, [0.0; 3]);
-                    compare(phi, above, g.at(chart.direction(phi, above), above.sin()));
+                    let polar = above.sin_cos();
+                    points.push((scaled(rect, phi, edge), [0.0; 3]));
+                    let value = g.at(chart.at(spherical(azimuth, polar)), polar.0);
+                    points.push((scaled(rect, phi, above), value));
                 }
             }
         }
     }
-    worst
+    largest_difference(fits, &points)
 }
 
 /// Coordinates in a rectangle, scaled to [−1, 1].
@@ -158,14 +158,14 @@ fn smooth_error(l: &Moments, c: usize, f: &Fit) -> f64 {
 }
 
 /// The axis with the larger share in the error; the longer one where neither stands out.
-fn axis(fits: &[Fit; 3], rect: &Rect) -> Axis {
+fn axis(fits: &[Fit; 3], patch: &Patch) -> Axis {
     let [a, b] = fits.iter().fold([0.0_f64; 2], |m, f| [m[0].max(f.share[0]), m[1].max(f.share[1])]);
     if a > 3.0 * b {
         Axis::Phi
     } else if b > 3.0 * a {
         Axis::Theta
     } else {
-        rect.long_axis()
+        patch.long_axis()
     }
 }
 
@@ -196,12 +196,12 @@ pub(super) fn clipped(
     g: &mut Integrand<'_>,
     chart: &Chart,
     horizon: &Horizon,
-    rect: &Rect,
+    patch: &Patch,
     l: &Corners,
 ) -> Found {
-    let mut out = Found { value: [0.0; 3], error: 0.0, axis: rect.long_axis() };
-    for w in horizon.breaks(rect).windows(2) {
-        let fits = fit(&sample_piece(g, chart, horizon, rect, [w[0], w[1]], l));
+    let mut out = Found { value: [0.0; 3], error: 0.0, axis: patch.long_axis() };
+    for w in horizon.breaks(patch).windows(2) {
+        let fits = fit(&sample_piece(g, chart, horizon, &patch.rect, [w[0], w[1]], l));
         let mut error: f64 = 0.0;
         for c in 0..3 {
             out.value[c] += 4.0 * fits[c].c[0][0];
@@ -212,6 +212,17 @@ pub(super) fn clipped(
     out
 }
 
+/// The polar angles above the horizon at one azimuth: sine and cosine of the azimuth φ, the middle of the
+/// angles with its own, and half their range.
+#[derive(Clone, Copy)]
+struct Column {
+    phi: f64,
+    azimuth: (f64, f64),
+    centre: f64,
+    polar: (f64, f64),
+    half: f64,
+}
+
 fn sample_piece(
     g: &mut Integrand<'_>,
     chart: &Chart,
@@ -220,22 +231,24 @@ fn sample_piece(
     [p0, p1]: [f64; 2],
     l: &Corners,
 ) -> Samples {
-    let middle = horizon.clip(0.5 * (p0 + p1), rect.theta);
-    if middle[0] >= middle[1] {
+    let (pm, ph) = (0.5 * (p0 + p1), 0.5 * (p1 - p0));
+    let middle = pm.sin_cos();
+    let [t0, t1] = horizon.clip(middle, rect.theta);
+    if t0 >= t1 {
         return Samples::ZERO;
     }
-    // Azimuth, and the polar angles above the horizon there.
     let column = |x: f64| {
-        let phi = 0.5 * (p0 + p1) + 0.5 * (p1 - p0) * x;
-        (phi, phi.sin_cos(), horizon.clip(phi, rect.theta))
+        let azimuth = beside(middle, pm, ph * x);
+        let [t0, t1] = horizon.clip(azimuth, rect.theta);
+        let centre = 0.5 * (t0 + t1);
+        Column { phi: pm + ph * x, azimuth, centre, polar: centre.sin_cos(), half: 0.5 * (t1 - t0) }
     };
     let (mut wi, mut scale, mut light) = ([DVec3::ZERO; SAMPLES], [0.0; SAMPLES], [[0.0; 3]; SAMPLES]);
-    let mut place = |k: usize, (phi, azimuth, [t0, t1]): (f64, (f64, f64), [f64; 2]), y: f64| {
-        let theta = 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * y;
-        let polar = theta.sin_cos();
-        wi[k] = chart.at(spherical(azimuth, polar));
-        scale[k] = polar.0 * 0.25 * (t1 - t0) * (p1 - p0);
-        let (u, w) = ((phi - rect.phi[0]) / rect.size()[0], (theta - rect.theta[0]) / rect.size()[1]);
+    let mut place = |k: usize, at: Column, y: f64| {
+        let (theta, polar) = (at.centre + at.half * y, beside(at.polar, at.centre, at.half * y));
+        wi[k] = chart.at(spherical(at.azimuth, polar));
+        scale[k] = polar.0 * at.half * ph;
+        let (u, w) = ((at.phi - rect.phi[0]) / rect.size()[0], (theta - rect.theta[0]) / rect.size()[1]);
         light[k] = std::array::from_fn(|c| bilinear(&l[c], u, w));
     };
     for a in 0..N {

@@ -36,6 +36,8 @@ const RAYS: [usize; 2] = [64, 128];
 /// Directions of the reference, in the same order, and the index in the sequence of the first.
 const REFERENCE_RAYS: [usize; 2] = [64, 512];
 const REFERENCE_FIRST: usize = 1 << 16;
+/// Strips in which the points of the unit square are ordered: 16 neighbours of 192 cover a quarter by a third.
+const STRIPS: f64 = 4.0;
 
 /// A shader of unshadowed light, times the share that the mesh does not block.
 pub struct LobeShadowShader {
@@ -82,8 +84,9 @@ struct Lit {
 
 impl SampledEnvironment {
     fn lit(light: &Environment, density: &SphereDistribution, d: DVec3) -> Lit {
-        let radiance = light.image.bilinear(d).map(|l| f64::from(l).max(0.0));
-        Lit { d, light: radiance, density: density.pdf(d) }
+        let at = light.image.position(d);
+        let radiance = light.image.bilinear_at(&at).map(|l| f64::from(l).max(0.0));
+        Lit { d, light: radiance, density: density.pdf_at(&at) }
     }
 }
 
@@ -152,11 +155,19 @@ impl LobeShadow {
         bvh: Arc<Bvh>,
         reference: bool,
     ) -> Self {
-        let (first, count) = match reference {
-            true => (REFERENCE_FIRST, REFERENCE_RAYS[1] / 2),
-            false => (1, RAYS[1] / 2),
+        let (first, [few, all]) = match reference {
+            true => (REFERENCE_FIRST, REFERENCE_RAYS),
+            false => (1, RAYS),
         };
-        let points: Vec<DVec2> = (0..count).map(|k| R2::default().point((first + k) as u32)).collect();
+        let mut points: Vec<DVec2> = (0..all / 2).map(|k| R2::default().point((first + k) as u32)).collect();
+        // In strips of the square, so that neighbours have similar directions: their rays are traced in
+        // packets.
+        let (few, more) = points.split_at_mut(few / 2);
+        for part in [few, more] {
+            part.sort_by(|a, b| {
+                (STRIPS * a.x).floor().total_cmp(&(STRIPS * b.x).floor()).then(a.y.total_cmp(&b.y))
+            });
+        }
         let sky = light.and_then(|light| {
             let density = SphereDistribution::new(&light.image)?;
             let drawn = points
@@ -224,12 +235,15 @@ impl LobeShadow {
         let (mut out, mut blocked, mut done) = (Means { all: [0.0; 3], seen: [0.0; 3] }, false, 0);
         let Some(sky) = &self.sky else { return wanted.then_some(out) };
         for n in self.counts() {
-            for k in done / 2..n / 2 {
-                if let Some(s) = self.brdf.sample(local, self.points[k]) {
+            let (points, drawn) = (&self.points[done / 2..n / 2], &sky.drawn[done / 2..n / 2]);
+            // Those of the lobe first: rays of similar directions are traced in packets.
+            for u in points {
+                if let Some(s) = self.brdf.sample(local, *u) {
                     let lit = SampledEnvironment::lit(&sky.light, &sky.density, frame.to_world(s.wi));
                     batch.push(s.wi, lit, s.pdf);
                 }
-                let drawn = sky.drawn[k];
+            }
+            for drawn in drawn.iter().copied() {
                 let wi = frame.to_local(drawn.d);
                 if wi.z > 0.0 || self.brdf.domain() == Domain::Sphere {
                     batch.push(wi, drawn, self.brdf.pdf(wi, local));

@@ -119,7 +119,7 @@ impl SphereImage {
     }
 
     /// The lattice of one face, continued beyond its border, at (x, y).
-    fn interpolate(&self, filter: Filter, face: usize, x: f64, y: f64) -> [f64; 3] {
+    pub(crate) fn interpolate(&self, filter: Filter, face: usize, x: f64, y: f64) -> [f64; 3] {
         let (tx, ty) = (filter.taps(x), filter.taps(y));
         if filter == Filter::LimitedCatmullRom {
             return self.limited(face, &tx, &ty);

@@ -102,6 +102,12 @@ impl SphereImage {
         self.lookup(Filter::Bilinear, d)
     }
 
+    /// [`SphereImage::bilinear`] of a direction whose [`SphereImage::position`] is known; for lat-long and
+    /// octahedral images.
+    pub fn bilinear_at(&self, p: &Position) -> [f32; 3] {
+        self.interpolate(Filter::Bilinear, 0, p.x, p.y).map(|v| v as f32)
+    }
+
     /// Catmull–Rom bicubic lookup, correct across seams, corners and poles. It overshoots beside sharp edges,
     /// below zero too: the cubic has negative lobes.
     pub fn bicubic(&self, d: DVec3) -> [f32; 3] {

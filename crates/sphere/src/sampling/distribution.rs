@@ -1,5 +1,6 @@
 //! Piecewise-constant densities: on the line, and over the texels of a lat-long image.
 
+use crate::layout::Position;
 use crate::{Layout, SphereImage};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -72,6 +73,8 @@ impl Distribution1d {
 pub struct SphereDistribution {
     rows: Distribution1d,
     columns: Vec<Distribution1d>,
+    /// Heights of the borders of rows, as 1 − y.
+    borders: Vec<f64>,
 }
 
 impl SphereDistribution {
@@ -88,13 +91,13 @@ impl SphereDistribution {
         let omega = |j: usize| image.layout.solid_angle(image.width, image.height, 0, 0, j);
         let rows = Distribution1d::new(columns.iter().enumerate().map(|(j, c)| c.total() * omega(j)));
         let rows = if rows.total() > 0.0 { rows } else { Distribution1d::new((0..image.height).map(omega)) };
-        Some(Self { rows, columns })
+        let border = |k: usize| 2.0 * (0.5 * PI * k as f64 / image.height as f64).sin().powi(2);
+        Some(Self { rows, columns, borders: (0..=image.height).map(border).collect() })
     }
 
     /// Heights of a row's upper and lower border, as 1 − y.
     fn row(&self, j: usize) -> (f64, f64) {
-        let edge = |k: usize| 2.0 * (0.5 * PI * k as f64 / self.rows.len() as f64).sin().powi(2);
-        (edge(j), edge(j + 1))
+        (self.borders[j], self.borders[j + 1])
     }
 
     /// A direction and its density per steradian; within a texel it is uniform over the solid angle.
@@ -116,11 +119,18 @@ impl SphereDistribution {
         self.rows.probability(j) * self.columns[j].probability(i) / omega
     }
 
+    fn position(&self, d: DVec3) -> Position {
+        Layout::LatLong.position(self.columns[0].len(), self.rows.len(), d)
+    }
+
+    fn texel(&self, p: &Position) -> (usize, usize) {
+        ((p.x as usize).min(self.columns[0].len() - 1), (p.y as usize).min(self.rows.len() - 1))
+    }
+
     /// Texel of a direction, and where in it.
     fn locate(&self, d: DVec3) -> (usize, usize, f64, f64) {
-        let (w, h) = (self.columns[0].len(), self.rows.len());
-        let p = Layout::LatLong.position(w, h, d);
-        let (i, j) = ((p.x as usize).min(w - 1), (p.y as usize).min(h - 1));
+        let p = self.position(d);
+        let (i, j) = self.texel(&p);
         let (a, b) = self.row(j);
         let versine = if d.y > 0.0 { (d.x * d.x + d.z * d.z) / (1.0 + d.y) } else { 1.0 - d.y };
         (i, j, p.x - i as f64, (versine - a) / (b - a))
@@ -128,7 +138,13 @@ impl SphereDistribution {
 
     /// Density of unit direction `d`, per steradian.
     pub fn pdf(&self, d: DVec3) -> f64 {
-        let (i, j, ..) = self.locate(d);
+        self.pdf_at(&self.position(d))
+    }
+
+    /// Density, per steradian, at a position in an image of the distribution's size
+    /// ([`SphereImage::position`]).
+    pub fn pdf_at(&self, p: &Position) -> f64 {
+        let (i, j) = self.texel(p);
         self.density(i, j)
     }
 
