@@ -13,7 +13,8 @@ use steradian_parallel::prelude::*;
 use steradian_scene::{Hit, Ray};
 use steradian_sphere::Frame;
 
-/// Levels of the grid of rays of a site: the first, and the last to which it is refined.
+/// Levels of the grid of rays of a site: the first, and the last to which it is refined for a tolerance. Where rays are
+/// asked for by number, all gatherings have the grid of that number, of the last level at most.
 const LEVELS: std::ops::RangeInclusive<u32> = 5..=8;
 /// Random seed, different from that of visibility.
 const SEED: u32 = 0x8000_0000;
@@ -56,10 +57,12 @@ pub(crate) fn add(
     };
     let own = spread(&own, settings.bands, channels);
     let mut all = own.clone();
+    let first = settings.rays.map_or(*LEVELS.start(), |rays| Settings::level(rays).min(*LEVELS.end()));
+    let adapt = settings.rays.is_none();
     // The last event is that at the sites themselves.
-    let mut levels = vec![*LEVELS.start(); vertices.len()];
+    let mut levels = vec![first; vertices.len()];
     for event in 2..settings.bounces {
-        let (next, _) = gather.gather(&vertices, &all, &own, &mut levels, event == 2, task)?;
+        let (next, _) = gather.gather(&vertices, &all, &own, &mut levels, adapt && event == 2, task)?;
         let change = next.iter().zip(&all).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
         all = next;
         if change < 1e-2 * settings.tolerance {
@@ -68,8 +71,8 @@ pub(crate) fn add(
     }
     out.direct = Some(out.t.clone());
     let own = spread(&out.t, settings.bands, channels);
-    let mut levels = vec![*LEVELS.start(); sites.len()];
-    let (t, errors) = gather.gather(sites, &all, &own, &mut levels, true, task)?;
+    let mut levels = vec![first; sites.len()];
+    let (t, errors) = gather.gather(sites, &all, &own, &mut levels, adapt, task)?;
     for (e, more) in out.error.iter_mut().zip(errors) {
         e[0] = e[0].hypot(2.0 * more);
     }

@@ -71,6 +71,7 @@ pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
             _ => bail!("{option}: {USAGE}"),
         }
     }
+    std::fs::create_dir_all(&o.out).with_context(|| format!("{}", o.out.display()))?;
     match name.as_str() {
         "5.1" => showcase::run(&o),
         "5.2" => representations::run(&o),
