@@ -2,11 +2,11 @@
 
 pub mod local;
 
-use crate::{AnyBake, Geometry, Material, PointsBuf, Radiance, Sites, View, find};
+use crate::{AnyBake, Bake, Geometry, Material, Parts, PointsBuf, Radiance, Sites, Technique, View, find};
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use steradian_base::{ParamValues, Task};
+use steradian_base::{Certificate, ParamValues, Params, Task};
 use steradian_light::Lights;
 use steradian_prefilter::probe;
 use steradian_reference::{Lookup, Reference, ReferencePoint};
@@ -25,6 +25,25 @@ pub fn bake(
     let values: ParamValues = params.iter().copied().collect();
     let task = Task::quiet().with_tolerance(tolerance);
     find(slug).unwrap().bake(lights, &material, None, &values, &task).unwrap()
+}
+
+/// A bake with its types, at the sites of a mesh. Nothing has measured its error.
+pub fn typed<T: Technique>(lights: &Lights, spec: &str, g: &Geometry, values: &ParamValues) -> Bake<T> {
+    let (params, task) = (T::Params::from_values(values).unwrap(), Task::quiet());
+    let material = Material::new(steradian_brdf::parse(spec).unwrap());
+    let light = T::light(lights, &params, &task).unwrap();
+    let material = T::material(&material, &params, &task).unwrap();
+    let transfer = T::transfer(Some(g), &material, &params, &task).unwrap();
+    let parts = Parts::<T> { light: &light, material: &material, transfer: &transfer };
+    let linked = T::link(parts, &params, &task).unwrap().0;
+    Bake {
+        params,
+        light: Arc::new(light),
+        material: Arc::new(material),
+        transfer: Arc::new(transfer),
+        linked,
+        certificate: Certificate::exact(),
+    }
 }
 
 /// A figure of a certificate.

@@ -172,7 +172,7 @@ fn errors_are_the_recorded_ones() {
                 };
                 let stated = certified(b).error;
                 let line = table::Line::new([t.card().slug, spec, name], found, stated, precise);
-                let noise = b.certificate().details.iter().find(|d| d.0 == "noise of the paths").map(|d| d.1);
+                let noise = b.certificate().figure("noise of the paths");
                 lines.push(line.beside_paths(noise));
             }
         }

@@ -39,6 +39,11 @@ impl Report {
         self
     }
 
+    /// A figure of `details` by name.
+    pub fn figure(&self, name: &str) -> Option<f64> {
+        self.details.iter().find(|d| d.0 == name).map(|d| d.1)
+    }
+
     /// Writes the figures into `c`.
     pub(super) fn figures(&self, c: &mut Certificate) {
         c.missing_energy = self.missing_energy;

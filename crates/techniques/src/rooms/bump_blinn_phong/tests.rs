@@ -83,8 +83,7 @@ fn the_diffuse_part_filters_exactly() {
 fn covariances_filter_highlights_best() {
     let error = |filter: &str| {
         let b = bake("blinn-phong-gl:n=60", bumpy(), &[("filter", filter.into()), ("relief", 0.04.into())]);
-        let details = &b.certificate().details;
-        details.iter().find(|d| d.0 == "error over 4 x 4 texels").expect("measured").1
+        b.certificate().figure("error over 4 x 4 texels").expect("measured")
     };
     let [covariance, toksvig, mean] = ["covariance", "toksvig", "mean"].map(error);
     println!("highlight of 4 x 4 texels: covariance {covariance:.3}, toksvig {toksvig:.3}, mean {mean:.3}");

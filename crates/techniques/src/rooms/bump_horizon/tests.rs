@@ -24,7 +24,7 @@ fn heights(f: impl Fn(usize, usize) -> f64) -> Planes {
 }
 
 fn detail(b: &dyn LocalBake, name: &str) -> f64 {
-    b.certificate().details.iter().find(|d| d.0 == name).expect("measured").1
+    b.certificate().figure(name).expect("measured")
 }
 
 /// Heights of 0 shade the bits of no heights, which are the model's own, whatever the horizon is kept as.

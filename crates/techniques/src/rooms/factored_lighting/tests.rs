@@ -19,7 +19,7 @@ fn error(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> f64 {
 }
 
 fn detail(c: &Report, name: &str) -> f64 {
-    c.details.iter().find(|d| d.0 == name).unwrap().1
+    c.figure(name).unwrap()
 }
 
 /// RMS deviation of a factor's logarithm from its mean.

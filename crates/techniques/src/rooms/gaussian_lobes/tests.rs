@@ -314,7 +314,7 @@ fn a_sphere_shades_as_without_visibility() {
     for (visibility, bands) in treatments() {
         let b = on_mesh(&light, &material, Some(&g), &seen_by(visibility, bands));
         assert_eq!(radiance(&*b, &q), open, "{visibility} {bands}");
-        let detail = |name: &str| b.certificate().details.iter().find(|d| d.0 == name).map(|d| d.1);
+        let detail = |name: &str| b.certificate().figure(name);
         assert_eq!(detail("visibility of lobes, mean"), Some(1.0));
         assert_eq!(detail("weight whose visibility was below 0 and is cut"), Some(0.0));
     }

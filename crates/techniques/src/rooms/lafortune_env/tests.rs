@@ -204,7 +204,7 @@ fn varied(lights: &Lights, planes: Planes, params: &[(&str, f64)]) -> Box<dyn An
 }
 
 fn figure(b: &dyn AnyBake, name: &str) -> f64 {
-    b.certificate().details.iter().find(|d| d.0 == name).unwrap_or_else(|| panic!("no {name}")).1
+    b.certificate().figure(name).unwrap_or_else(|| panic!("no {name}"))
 }
 
 /// Constant images give the reflectance with the same parameters, up to single precision.

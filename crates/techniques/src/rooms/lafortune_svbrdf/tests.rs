@@ -65,7 +65,7 @@ fn texels_are_the_model_with_their_numbers() {
 }
 
 fn figure(b: &dyn LocalBake, name: &str) -> f64 {
-    b.certificate().details.iter().find(|d| d.0 == name).unwrap_or_else(|| panic!("no {name}")).1
+    b.certificate().figure(name).unwrap_or_else(|| panic!("no {name}"))
 }
 
 /// One to three lobes take 10, 17 and 24 bytes in 8 bits a number, in whole words, and levels a third more;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::shared::material::view_table::ViewTable;
-use crate::{AnyBake, PointsBuf, find};
+use crate::{AnyBake, PointsBuf, find, trial};
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -224,25 +224,11 @@ fn the_wrong_inputs_say_what_to_do() {
     assert!(matches!(e, BakeError::Memory { .. }));
 }
 
-fn typed(fix: &str, halves: bool, g: &Geometry) -> Bake<ShBrdf> {
+/// A bake with its types, of an anisotropic reflectance under a sun, at the sites of `g`.
+fn at_sites(fix: &str, halves: bool, g: &Geometry) -> Bake<ShBrdf> {
     let mut values: ParamValues = [("halves", f64::from(u8::from(halves)))].into_iter().collect();
     values.0.insert("fix".into(), fix.into());
-    let params = <Params as steradian_base::Params>::from_values(&values).unwrap();
-    let (task, lights) = (Task::quiet(), lights::sunny());
-    let brdf = steradian_brdf::parse("ggx:ax=0.2,ay=0.5,f0=0.9/0.6/0.3").unwrap();
-    let light = ShBrdf::light(&lights, &params, &task).unwrap();
-    let material = ShBrdf::material(&Material::new(brdf), &params, &task).unwrap();
-    let transfer = ShBrdf::transfer(Some(g), &material, &params, &task).unwrap();
-    let parts = Parts::<ShBrdf> { light: &light, material: &material, transfer: &transfer };
-    let linked = ShBrdf::link(parts, &params, &task).unwrap().0;
-    Bake {
-        params,
-        light: Arc::new(light),
-        material: Arc::new(material),
-        transfer: Arc::new(transfer),
-        linked,
-        certificate: steradian_base::Certificate::exact(),
-    }
+    trial::typed(&lights::sunny(), "ggx:ax=0.2,ay=0.5,f0=0.9/0.6/0.3", g, &values)
 }
 
 /// At vertices, with light or view static, radiance is that with both free; sites' data are recomputed when
@@ -268,11 +254,11 @@ fn fixed_light_and_fixed_view_keep_what_stands_still() {
         ShBrdf::shade(b, f, &q.as_points(), &mut Radiance::of(&mut rgb));
         rgb
     };
-    let free = typed("nothing", false, &g);
+    let free = at_sites("nothing", false, &g);
     // Whole numbers of 16 bits: 25 products of two, each off by 2^-16 of the largest, and 16-bit floats in
     // the table.
     for (fix, halves, most) in [("light", false, 2e-5), ("view", false, 2e-5), ("light", true, 1e-3)] {
-        let b = typed(fix, halves, &g);
+        let b = at_sites(fix, halves, &g);
         let (mut f, mut other) = (Frame::default(), Frame::default());
         let mut kept = Vec::new();
         for v in [view(0.4, eyes[0]), view(0.4, eyes[1]), view(1.4, eyes[1]), view(1.4, eyes[1])] {
@@ -345,7 +331,7 @@ fn widths_alike_are_one_reflectance() {
     let params = [("size", 32.0), ("lights", 0.0)];
     let one = bake("sh_brdf", &lights::studio(), "ggx:ax=0.2,ay=0.4,f0=0.9/0.6/0.3", &params);
     assert!(off(&shade(&*b, &q), &shade(&*one, &q)) < 1e-6);
-    assert_eq!(b.certificate().details.iter().find(|d| d.0 == "tables").unwrap().1, 1.0);
+    assert_eq!(trial::detail(&*b, "tables"), 1.0);
 }
 
 /// At texels whose widths are a node's, shading is that of the node's reflectance; between nodes the error is
@@ -364,14 +350,13 @@ fn tables_of_a_line_of_exponents_are_those_of_its_nodes() {
     }
     let ramp = widths(|x, _| [4.0 * 16f64.powf(x); 2]);
     let figure = |nodes: f64, name: &str| {
-        let b = varied(spec, ramp.clone(), &[("nodes", nodes)]);
-        b.certificate().details.iter().find(|d| d.0 == name).unwrap().1
+        trial::detail(&*varied(spec, ramp.clone(), &[("nodes", nodes)]), name)
     };
     let (coarse, fine) = (figure(3.0, "error between tables"), figure(5.0, "error between tables"));
     assert!(coarse > 3.0 * fine && fine > 1e-3, "{coarse} {fine}");
     // Between nodes: the reflectance of the texel itself.
     let b = varied(spec, ramp, &[]);
-    assert!(b.certificate().details.iter().any(|d| d.0 == "error between tables" && d.1 <= 0.01));
+    assert!(trial::detail(&*b, "error between tables") <= 0.01);
     for x in [0.2f32, 0.45, 0.61] {
         located(&mut q, |_| [x, 0.5]);
         // Texels' centres lie at half-integers, their logarithms are linear between them.
@@ -386,7 +371,7 @@ fn tables_of_a_line_of_exponents_are_those_of_its_nodes() {
 /// Two numbers that vary apart need a box of tables; two along a curve whose product is constant do not.
 #[test]
 fn anisotropy_is_a_line_and_two_numbers_are_a_box() {
-    let tables = |b: &dyn AnyBake| b.certificate().details.iter().find(|d| d.0 == "tables").unwrap().1;
+    let tables = |b: &dyn AnyBake| trial::detail(b, "tables");
     let spec = "ashikhmin-shirley:nu=10,nv=10,rd=0.2";
     let line = varied(spec, widths(|x, _| [10.0 * 4f64.powf(x), 10.0 / 4f64.powf(x)]), &[("nodes", 4.0)]);
     assert_eq!(tables(&*line), 4.0);

@@ -9,8 +9,8 @@ use crate::rooms::haar_transport::transport::Seen;
 use crate::rooms::haar_transport::visibility::{Pyramid, Scratch};
 use crate::rooms::haar_transport::weigh::{self, Place};
 use crate::tensors::{TensorFile, get_f32};
+use crate::trial;
 use glam::Vec3;
-use steradian_base::Params as _;
 use steradian_brdf::parse;
 use steradian_formats::{Tensor, TensorData};
 use steradian_scene::Bvh;
@@ -25,22 +25,8 @@ fn params(values: &[(&str, f64)], fix: &str) -> ParamValues {
 }
 
 /// A bake with its types, of the ring.
-fn typed(spec: &str, light: &Lights, values: &[(&str, f64)], fix: &str) -> Bake<HaarTransport> {
-    let params = Params::from_values(&params(values, fix)).unwrap();
-    let (task, g) = (Task::quiet(), Geometry::new(Arc::new(ring()), Sites::Vertices));
-    let light = HaarTransport::light(light, &params, &task).unwrap();
-    let material = HaarTransport::material(&Material::new(parse(spec).unwrap()), &params, &task).unwrap();
-    let transfer = HaarTransport::transfer(Some(&g), &material, &params, &task).unwrap();
-    let parts = Parts::<HaarTransport> { light: &light, material: &material, transfer: &transfer };
-    let linked = HaarTransport::link(parts, &params, &task).unwrap().0;
-    Bake {
-        params,
-        light: Arc::new(light),
-        material: Arc::new(material),
-        transfer: Arc::new(transfer),
-        linked,
-        certificate: steradian_base::Certificate::exact(),
-    }
+fn of_ring(spec: &str, light: &Lights, values: &[(&str, f64)], fix: &str) -> Bake<HaarTransport> {
+    trial::typed(light, spec, &trial::vertices(&ring()), &params(values, fix))
 }
 
 const EYE: Vec3 = Vec3::new(1.5, 2.5, 1.0);
@@ -80,7 +66,7 @@ fn made(spec: &str, light: &Lights, values: &[(&str, f64)], fix: &str) -> Box<dy
 /// The sum over all wavelets of light and transport is the sum over texels.
 #[test]
 fn all_wavelets_are_the_sum_over_texels() {
-    let b = typed(GGX, &low_sun(), WHOLE, "view");
+    let b = of_ring(GGX, &low_sun(), WHOLE, "view");
     let (Matter::Glossy(matter), Transfer::Sights(sights)) = (&*b.material, &*b.transfer) else { panic!() };
     let mut f = Frame::default();
     HaarTransport::frame(&b, &seen_from(EYE, 0.0), &mut f);
@@ -174,7 +160,7 @@ fn sites_keep_what_they_see() {
 /// One eye has one transport, whatever frame asks and however the light turns; another eye has another.
 #[test]
 fn transport_is_made_where_the_eye_moves_and_only_there() {
-    let b = typed(GGX, &low_sun(), &[("size", 4.0)], "view");
+    let b = of_ring(GGX, &low_sun(), &[("size", 4.0)], "view");
     let (mut f, mut other) = (Frame::default(), Frame::default());
     let address = |f: &Frame| f.fixed.seen.as_ref().map(|s| Arc::as_ptr(&s.1).addr()).unwrap();
     let mut renew = |v: View| {
@@ -205,7 +191,7 @@ fn lambert_is_the_same_either_way() {
     });
     assert_eq!(both[0], both[1]);
     let values = [("size", 5.0), ("wavelets", 98304.0), ("precision", 0.01)];
-    let b = typed(GGX, &light, &values, "view");
+    let b = of_ring(GGX, &light, &values, "view");
     let matter = Glossy { brdf: parse(spec).unwrap(), tint: Some([1.0; 3]) };
     let b = Bake { material: Arc::new(Matter::Glossy(matter)), ..b };
     let mut f = Frame::default();
@@ -221,7 +207,7 @@ fn lambert_is_the_same_either_way() {
 #[test]
 fn channels_share_their_transport_where_they_can() {
     let channels = |spec: &str| {
-        let b = typed(spec, &lights::smooth(), &[("size", 3.0)], "view");
+        let b = of_ring(spec, &lights::smooth(), &[("size", 3.0)], "view");
         let mut f = Frame::default();
         HaarTransport::frame(&b, &seen_from(EYE, 0.0), &mut f);
         let seen: Arc<Seen> = f.fixed.seen.unwrap().1;
