@@ -46,26 +46,39 @@ impl Cholesky {
 /// x of a x = b for every column of `b` (whose rows are those of `a`), by elimination with pivots (Gauss and
 /// Jordan). `None` where a pivot is at most `singular` times the largest entry.
 pub fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<Vec<f64>>, singular: f64) -> Option<Vec<Vec<f64>>> {
+    eliminate(&mut a, &mut b, singular).then_some(b)
+}
+
+/// [`solve`] in place, for rows of any kind, such as arrays of a system that is solved many times: x replaces
+/// `b`, and `a` is spent. Rows may have more entries than there are rows if those are 0. False where a pivot
+/// is at most `singular` times the largest entry.
+pub fn eliminate<A, B>(a: &mut [A], b: &mut [B], singular: f64) -> bool
+where
+    A: AsRef<[f64]> + AsMut<[f64]> + Clone,
+    B: AsRef<[f64]> + AsMut<[f64]> + Clone,
+{
     let n = a.len();
-    let scale = a.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let scale = a.iter().flat_map(|row| row.as_ref()).fold(0.0_f64, |m, x| m.max(x.abs()));
+    let at = |a: &[A], i: usize, k: usize| a[i].as_ref()[k];
     for k in 0..n {
-        let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
-        if a[pivot][k].is_nan() || a[pivot][k].abs() <= singular * scale {
-            return None;
+        let larger = |i: &usize, j: &usize| at(a, *i, k).abs().total_cmp(&at(a, *j, k).abs());
+        let pivot = (k..n).max_by(larger).unwrap_or(k);
+        if at(a, pivot, k).is_nan() || at(a, pivot, k).abs() <= singular * scale {
+            return false;
         }
         a.swap(k, pivot);
         b.swap(k, pivot);
-        let inverse = a[k][k].recip();
-        a[k].iter_mut().for_each(|x| *x *= inverse);
-        b[k].iter_mut().for_each(|x| *x *= inverse);
+        let inverse = at(a, k, k).recip();
+        a[k].as_mut().iter_mut().for_each(|x| *x *= inverse);
+        b[k].as_mut().iter_mut().for_each(|x| *x *= inverse);
         let (row, right) = (a[k].clone(), b[k].clone());
         for i in (0..n).filter(|i| *i != k) {
-            let factor = a[i][k];
-            a[i].iter_mut().zip(&row).for_each(|(x, r)| *x -= factor * r);
-            b[i].iter_mut().zip(&right).for_each(|(x, r)| *x -= factor * r);
+            let factor = at(a, i, k);
+            a[i].as_mut().iter_mut().zip(row.as_ref()).for_each(|(x, r)| *x -= factor * r);
+            b[i].as_mut().iter_mut().zip(right.as_ref()).for_each(|(x, r)| *x -= factor * r);
         }
     }
-    Some(b)
+    true
 }
 
 #[cfg(test)]

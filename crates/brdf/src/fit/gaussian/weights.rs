@@ -1,6 +1,7 @@
 //! The weights of given Gaussians: least squares with w ≥ 0, and with a given sum where the albedo is kept.
 
 use super::MAX_LOBES;
+use steradian_numerics::dense::eliminate;
 
 /// A small symmetric matrix.
 pub(super) type Small = [[f64; MAX_LOBES]; MAX_LOBES];
@@ -13,30 +14,8 @@ pub(super) struct Weights {
     pub follow: Small,
 }
 
+/// Rows of a system: the weights, and the multiplier of their sum.
 const SIDE: usize = MAX_LOBES + 1;
-
-/// Solves A X = B by Gauss with pivots, in place; `None` where A is singular.
-fn solve(n: usize, mut a: [[f64; SIDE]; SIDE], mut b: [[f64; SIDE]; SIDE]) -> Option<[[f64; SIDE]; SIDE]> {
-    for k in 0..n {
-        let pivot = (k..n).max_by(|i, j| a[*i][k].abs().total_cmp(&a[*j][k].abs()))?;
-        if a[pivot][k].abs() < 1e-300 {
-            return None;
-        }
-        a.swap(k, pivot);
-        b.swap(k, pivot);
-        for i in (0..n).filter(|i| *i != k) {
-            let f = a[i][k] / a[k][k];
-            for j in 0..n {
-                a[i][j] -= f * a[k][j];
-                b[i][j] -= f * b[k][j];
-            }
-        }
-    }
-    for (k, row) in b.iter_mut().enumerate().take(n) {
-        row.iter_mut().take(n).for_each(|v| *v /= a[k][k]);
-    }
-    Some(b)
-}
 
 /// The minimum of wᵀ G w − 2 bᵀ w over w ≥ 0, and Σ w = `sum` where it is given: the best of the minima on
 /// all faces, at most fifteen.
@@ -64,7 +43,10 @@ pub(super) fn best(k: usize, gram: &Small, b: [f64; MAX_LOBES], sum: Option<f64>
             }
         }
         (0..m).for_each(|i| unit[i][i] = 1.0);
-        let Some(inverse) = solve(m, a, unit) else { continue };
+        if !eliminate(&mut a[..m], &mut unit[..m], 0.0) {
+            continue;
+        }
+        let inverse = unit;
         let mut w = [0.0; MAX_LOBES];
         for (i, p) in free.iter().enumerate() {
             w[*p] = free.iter().enumerate().map(|(j, q)| inverse[i][j] * b[*q]).sum::<f64>();
