@@ -39,6 +39,10 @@ fn brdf_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
 pub struct BrdfShader {
     /// The model's own functions.
     source: Cow<'static, str>,
+    /// Is `brdf_f_cos` among them?
+    own_f_cos: bool,
+    /// The constants by which they declare the last members of `Brdf` as arrays, and the lengths of these.
+    arrays: Vec<(&'static str, usize)>,
     /// Values of `brdf`: factor and domain, peak, then the model's parameters.
     uniforms: Vec<[f32; 4]>,
     cells: Option<Arc<Vec<[f32; 3]>>>,
@@ -56,7 +60,18 @@ impl BrdfShader {
         let [kind, narrow, wide] = peak.packed();
         let mut uniforms = vec![[1.0, 1.0, 1.0, whole], [kind, narrow, wide, 0.0]];
         uniforms.extend(parameters);
-        Self { source: source.into(), uniforms, cells: None }
+        Self { source: source.into(), own_f_cos: false, arrays: Vec::new(), uniforms, cells: None }
+    }
+
+    /// The shader whose text defines `brdf_f_cos` in place of `brdf_eval`.
+    pub(crate) fn with_f_cos(self) -> Self {
+        Self { own_f_cos: true, ..self }
+    }
+
+    /// The shader whose last parameters make arrays of these lengths. The text declares the members with the
+    /// constants of these names, `array<vec4<f32>, NAME>`.
+    pub(crate) fn with_arrays(self, arrays: impl Into<Vec<(&'static str, usize)>>) -> Self {
+        Self { arrays: arrays.into(), ..self }
     }
 
     /// The shader with numbers that are too many for uniforms.
@@ -72,34 +87,34 @@ impl BrdfShader {
         self
     }
 
+    /// The modules of the text, in order. [`ATAN2`] is one of them: what brings it too keeps it once.
+    pub fn modules(&self) -> Vec<Cow<'static, str>> {
+        let constant = |(name, length): &(&str, usize)| format!("const {name}: u32 = {length}u;\n");
+        let constants: String = self.arrays.iter().map(constant).collect();
+        let f_cos = if self.own_f_cos { "" } else { F_COS };
+        vec![ATAN2.into(), MATH.into(), constants.into(), self.source.clone(), f_cos.into()]
+    }
+
     /// The complete text.
     pub fn wgsl(&self) -> String {
-        let own = self.source.contains("fn brdf_f_cos(");
-        [ATAN2, MATH, &self.source, if own { "" } else { F_COS }].concat()
+        self.modules().concat()
     }
 
     /// The complete text with the values in it, and nothing left to declare but `brdf_cell` where there are
     /// [`BrdfShader::cells`]. Under a prefix ([`crate::wgsl::scoped`]) two such texts, or one and
     /// [`BrdfShader::wgsl`], may stand in one module.
     pub fn closed(&self) -> String {
-        let text = self.wgsl();
         let mut values = self.uniforms.iter().map(|v| {
             let [x, y, z, w] = v.map(|x| if x.is_finite() { x } else { f32::MAX.copysign(x) });
             format!("vec4<f32>({x:?}, {y:?}, {z:?}, {w:?})")
         });
-        let members =
-            text.split_once("struct Brdf {").and_then(|(_, t)| t.split_once('}')).map_or("", |t| t.0);
-        let mut arguments = Vec::new();
-        for member in members.lines().map(str::trim).filter(|m| m.ends_with(',') && !m.starts_with("//")) {
-            // name: array<vec4<f32>, N>,
-            let count = member
-                .split_once("array<vec4<f32>,")
-                .and_then(|(_, n)| n.trim_end_matches(['>', ',']).trim().parse().ok());
-            let all: Vec<String> = values.by_ref().take(count.unwrap_or(1)).collect();
-            let all = all.join(", ");
-            arguments.push(count.map_or_else(|| all.clone(), |n| format!("array<vec4<f32>, {n}>({all})")));
+        let in_arrays: usize = self.arrays.iter().map(|a| a.1).sum();
+        let mut members: Vec<String> = values.by_ref().take(self.uniforms.len() - in_arrays).collect();
+        for (_, length) in &self.arrays {
+            let all: Vec<String> = values.by_ref().take(*length).collect();
+            members.push(format!("array<vec4<f32>, {length}>({})", all.join(", ")));
         }
-        text + &format!("\nvar<private> brdf: Brdf = Brdf({});\n", arguments.join(", "))
+        self.wgsl() + &format!("\nvar<private> brdf: Brdf = Brdf({});\n", members.join(", "))
     }
 
     /// The values of `brdf`, one vec4 after another.

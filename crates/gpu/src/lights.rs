@@ -3,6 +3,7 @@
 use crate::packed::bytes;
 use crate::scene::Object;
 use glam::Mat3;
+use std::borrow::Cow;
 use steradian_technique::View;
 use steradian_technique::direct::{DISK_WGSL, Direct, rule};
 use steradian_technique::gpu::shadow::is_shadowed;
@@ -24,16 +25,17 @@ fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f
 }
 ";
 
-/// The text that defines `gpu_direct`.
-pub fn source(object: &Object) -> String {
+/// The modules that define `gpu_direct`.
+pub fn modules(object: &Object) -> Vec<Cow<'static, str>> {
     match &object.brdf {
         Some(brdf) => {
             let arriving = if is_shadowed(&object.technique) { SHADOWED } else { OPEN };
             let capacity = format!("const GPU_CAPACITY: u32 = {CAPACITY}u;\n");
             let cells = if brdf.cells().is_some() { CELLS } else { "" };
-            [&brdf.wgsl(), DISK_WGSL, &capacity, SHADER, arriving, cells].concat()
+            let rest = [DISK_WGSL.into(), capacity.into(), SHADER.into(), arriving.into(), cells.into()];
+            brdf.modules().into_iter().chain(rest).collect()
         }
-        None => NONE.into(),
+        None => vec![NONE.into()],
     }
 }
 

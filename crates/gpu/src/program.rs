@@ -2,7 +2,8 @@
 
 use crate::lights;
 use crate::scene::Object;
-use steradian_brdf::ATAN2;
+use std::borrow::Cow;
+use std::collections::HashSet;
 use steradian_technique::gpu::{self, Entry, Storage};
 
 /// `gpu_camera`, `gpu_ray`.
@@ -25,14 +26,14 @@ const SITE: &str = include_str!("shaders/site.wgsl");
 /// Parts from which the pipelines of an object are assembled.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Program {
-    /// The technique's library.
-    pub library: String,
+    /// The modules of the technique's library.
+    pub library: Vec<Cow<'static, str>>,
     /// The function that shades.
     pub entry: Entry,
     /// Are there maps or vertex colours?
     pub mapped: bool,
-    /// The text that defines `gpu_direct`.
-    pub direct: String,
+    /// The modules that define `gpu_direct`.
+    pub direct: Vec<Cow<'static, str>>,
     /// Do rays, maps or volumes shadow lights?
     pub shadowed: bool,
     /// Do volumes?
@@ -45,10 +46,10 @@ impl Program {
     /// The program of `object`.
     pub fn of(object: &Object) -> Self {
         Self {
-            library: gpu::library(&object.technique),
+            library: gpu::library_modules(&object.technique, Storage::Buffers),
             entry: object.technique.entry,
             mapped: object.is_mapped(),
-            direct: lights::source(object),
+            direct: lights::modules(object),
             shadowed: gpu::shadow::is_shadowed(&object.technique),
             volumes: gpu::shadow::is_behind_volumes(&object.technique),
             turned: false,
@@ -59,7 +60,7 @@ impl Program {
     /// textures. The light turns without any change of the technique's data, except under techniques with
     /// data per site, whose light stands still.
     pub fn textured(object: &Object) -> Self {
-        let library = gpu::library_of(&object.technique, Storage::Textures);
+        let library = gpu::library_modules(&object.technique, Storage::Textures);
         Self { library, turned: true, ..Self::of(object) }
     }
 }
@@ -112,28 +113,23 @@ fn gpu_reflected(look: GpuLook, wo: vec3<f32>, s: GpuPoint, footprint: f32) -> v
         entry.site, program.shadowed
     );
     let parts = [
-        (true, program.library.as_str()),
         // Maps make a lobe, whether the technique takes it or not.
         (program.mapped && !entry.lobe, gpu::LOBE),
         (program.mapped || entry.lobe, MAPS),
         (!(program.mapped || entry.lobe), PLAIN),
         (entry.site, SITE),
-        (true, &program.direct),
-        (true, CAMERA),
-        (true, GEOMETRY),
-        (true, SURFACE),
-        (true, &reflected),
     ];
-    once(parts.into_iter().filter(|p| p.0).map(|p| p.1).collect(), ATAN2)
+    let ends = [CAMERA, GEOMETRY, SURFACE, &reflected];
+    let library = program.library.iter().map(|m| &**m);
+    let parts = parts.into_iter().filter(|p| p.0).map(|p| p.1);
+    once(library.chain(parts).chain(program.direct.iter().map(|m| &**m)).chain(ends))
 }
 
-/// `text` without repetitions of `definition`: techniques, their lights and reflectances each include the
+/// The modules joined, each where it comes first: techniques, their lights and reflectances each bring the
 /// functions that they call.
-fn once(text: String, definition: &str) -> String {
-    match text.split_once(definition) {
-        Some((before, after)) => [before, definition, &after.replace(definition, "")].concat(),
-        None => text,
-    }
+fn once<'a>(modules: impl Iterator<Item = &'a str>) -> String {
+    let mut brought = HashSet::new();
+    modules.filter(|m| brought.insert(*m)).collect()
 }
 
 #[cfg(test)]
@@ -141,9 +137,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_function_that_several_parts_bring_is_defined_once() {
-        let brought = ["fn a() {}\n", ATAN2, "fn b() {}\n", ATAN2, ATAN2, "fn c() {}\n"].concat();
-        assert_eq!(once(brought, ATAN2), ["fn a() {}\n", ATAN2, "fn b() {}\n", "fn c() {}\n"].concat());
-        assert_eq!(once("fn a() {}".into(), ATAN2), "fn a() {}");
+    fn a_module_that_several_parts_bring_is_there_once() {
+        let [a, b, c] = ["fn a() {}\n", "fn b() {}\n", "fn c() {}\n"];
+        assert_eq!(once([a, b, a, a, c, b].into_iter()), [a, b, c].concat());
     }
 }

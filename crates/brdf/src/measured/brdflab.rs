@@ -282,7 +282,7 @@ impl Brdf for Sum {
         text += &format!(
             "\nfn brdf_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {{\n    return {sum};\n}}\n"
         );
-        Some(BrdfShader::new(text, self.peak(), self.domain(), []))
+        Some(BrdfShader::new(text, self.peak(), self.domain(), []).with_f_cos())
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

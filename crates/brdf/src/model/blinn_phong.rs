@@ -104,7 +104,7 @@ impl Brdf for BlinnPhong {
 
     fn shader(&self) -> Option<BrdfShader> {
         let parameters = [with([0.0; 3], self.n), with([0.0; 3], (self.n + 8.0) / (8.0 * PI))];
-        Some(BrdfShader::new(WGSL, self.peak(), self.domain(), parameters))
+        Some(BrdfShader::new(WGSL, self.peak(), self.domain(), parameters).with_f_cos())
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
@@ -182,7 +182,7 @@ impl Brdf for BlinnPhongGl {
 
     fn shader(&self) -> Option<BrdfShader> {
         let parameters = [with(self.kd, self.n), with(self.ks, 0.0)];
-        Some(BrdfShader::new(WGSL, self.peak(), self.domain(), parameters))
+        Some(BrdfShader::new(WGSL, self.peak(), self.domain(), parameters).with_f_cos())
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

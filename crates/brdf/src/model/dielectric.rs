@@ -136,7 +136,9 @@ impl Brdf for Dielectric {
         let mut parameters = vec![with(self.layer.f0, self.layer.ax), rgb(factors)];
         let pairs = self.nodes.as_chunks::<2>().0;
         parameters.extend(pairs.iter().map(|[p, q]| four([p[0], p[1], q[0], q[1]])));
-        Some(BrdfShader::new(include_str!("dielectric.wgsl"), self.peak(), self.domain(), parameters))
+        let text = include_str!("dielectric.wgsl");
+        let shader = BrdfShader::new(text, self.peak(), self.domain(), parameters);
+        Some(shader.with_arrays([("BRDF_NODES", pairs.len())]))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

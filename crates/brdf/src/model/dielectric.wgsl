@@ -7,7 +7,7 @@ struct Brdf {
     // albedo/(π (1 − Ē))
     base: vec4<f32>,
     // A and B of two neighbours each, at √μ = i/31
-    nodes: array<vec4<f32>, 16>,
+    nodes: array<vec4<f32>, BRDF_NODES>,
 }
 
 fn brdf_node(i: u32) -> vec2<f32> {

@@ -229,12 +229,12 @@ impl Brdf for Lafortune {
         }
         let none = [Cosine { c: DVec3::Z, n: 0.0, ks: 0.0 }; 3];
         let lobes = if self.lobes.is_empty() { std::slice::from_ref(&none) } else { &self.lobes };
-        let text = include_str!("lafortune.wgsl").replace("CHANNELS", &(3 * lobes.len()).to_string());
-        let text = text.replace("LOBES", &lobes.len().to_string());
         let mut parameters = vec![rgb(self.kd)];
         parameters.extend(lobes.iter().map(|l| rgb(l.each_ref().map(|c| c.ks))));
         parameters.extend(lobes.iter().flatten().map(|c| with(c.c.to_array(), c.n)));
-        Some(BrdfShader::new(text, self.peak(), self.domain(), parameters))
+        let shader =
+            BrdfShader::new(include_str!("lafortune.wgsl"), self.peak(), self.domain(), parameters);
+        Some(shader.with_arrays([("BRDF_LOBES", lobes.len()), ("BRDF_LOBE_CHANNELS", 3 * lobes.len())]))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

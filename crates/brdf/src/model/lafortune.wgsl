@@ -1,12 +1,12 @@
-// The twin of lafortune.rs. The numbers of lobes are filled in.
+// The twin of lafortune.rs.
 struct Brdf {
     scale: vec4<f32>,
     peak: vec4<f32>,
     kd: vec4<f32>,
     // ks per channel
-    factors: array<vec4<f32>, LOBES>,
+    factors: array<vec4<f32>, BRDF_LOBES>,
     // (c_x, c_y, c_z, n) of red, green and blue, lobe after lobe
-    lobes: array<vec4<f32>, CHANNELS>,
+    lobes: array<vec4<f32>, BRDF_LOBE_CHANNELS>,
 }
 
 fn brdf_cosine(lobe: vec4<f32>, ks: f32, wi: vec3<f32>, wo: vec3<f32>) -> f32 {
@@ -27,7 +27,7 @@ fn brdf_eval(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     var sum = brdf.kd.rgb * BRDF_INV_PI;
-    for (var i = 0u; i < LOBESu; i++) {
+    for (var i = 0u; i < BRDF_LOBES; i++) {
         let ks = brdf.factors[i];
         sum += vec3<f32>(
             brdf_cosine(brdf.lobes[3u * i], ks.x, wi, wo),

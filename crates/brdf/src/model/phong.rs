@@ -136,7 +136,7 @@ impl Brdf for Phong {
 
     fn shader(&self) -> Option<BrdfShader> {
         let parameters = [four([self.n, self.factor(), f64::from(self.domain() == Domain::Sphere), 0.0])];
-        Some(BrdfShader::new(include_str!("phong.wgsl"), self.peak(), self.domain(), parameters))
+        Some(BrdfShader::new(include_str!("phong.wgsl"), self.peak(), self.domain(), parameters).with_f_cos())
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -184,11 +184,12 @@ impl Brdf for PoulinFournier {
 
     fn shader(&self) -> Option<BrdfShader> {
         let (scalars, table) = self.powers.plain();
-        let text = include_str!("poulin_fournier.wgsl").replace("NODES", &table.len().to_string());
         let mut parameters = vec![with(self.kd, self.d), with(self.ks, self.h)];
         parameters.extend(scalars.map(rgb));
         parameters.extend(table.iter().map(|t| rgb(*t)));
-        Some(BrdfShader::new(text, self.peak(), self.domain(), parameters))
+        let text = include_str!("poulin_fournier.wgsl");
+        let shader = BrdfShader::new(text, self.peak(), self.domain(), parameters);
+        Some(shader.with_arrays([("BRDF_NODES", table.len())]))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

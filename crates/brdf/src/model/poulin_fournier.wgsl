@@ -11,7 +11,7 @@ struct Brdf {
     // The tail from 0, of cos^n and of cos^n cos 2x
     whole: vec4<f32>,
     // Q, Q', Q'' at the steps, in units of the step
-    table: array<vec4<f32>, NODES>,
+    table: array<vec4<f32>, BRDF_NODES>,
 }
 
 const BRDF_HALF_PI: f32 = 1.57079632679490;
@@ -19,7 +19,7 @@ const BRDF_HALF_PI: f32 = 1.57079632679490;
 fn brdf_tabulated(x: f32) -> f32 {
     let u = x / brdf.power.z;
     let k = u32(u);
-    if k >= NODESu - 1u {
+    if k >= BRDF_NODES - 1u {
         return 0.0;
     }
     let a = brdf.table[k].xyz;

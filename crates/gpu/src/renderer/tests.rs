@@ -10,7 +10,7 @@ use steradian_light::{Environment, Lights};
 use steradian_scene::Bvh;
 use steradian_scene::shadow::{Blocker, LightAt, MapOptions, ShadowMaps, ShadowVolumes};
 use steradian_sphere::{Layout, SphereImage};
-use steradian_techniques::gpu::{Buffer, Entry, shadow};
+use steradian_techniques::gpu::{Buffer, Entry, Storage, library_modules, shadow};
 use steradian_techniques::{AnyTechnique, Geometry, GpuTechnique, Material, Sites, registry};
 
 fn valid(what: &str, source: &str) {
@@ -93,10 +93,10 @@ fn shaders_validate_without_an_adapter() {
         valid(technique.slug, &steradian_techniques::gpu::module(&technique));
         for mapped in [false, true] {
             let program = Program {
-                library: steradian_techniques::gpu::library(&technique),
+                library: library_modules(&technique, Storage::Buffers),
                 entry: technique.entry,
                 mapped,
-                direct: crate::lights::NONE.into(),
+                direct: vec![crate::lights::NONE.into()],
                 shadowed: shadow::is_shadowed(&technique),
                 volumes: shadow::is_behind_volumes(&technique),
                 turned: false,

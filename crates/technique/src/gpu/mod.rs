@@ -17,7 +17,7 @@ pub use light::{Kernel, LightCube, LightTables};
 pub use reflectance::{cells, own_reflectance};
 use std::borrow::Cow;
 use steradian_scene::surface::Wrap;
-pub use wgsl::{Binding, LOBE, SITE, bindings, library, library_of, module};
+pub use wgsl::{Binding, LOBE, SITE, bindings, library, library_modules, module};
 
 /// Where shaders find data per site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 use super::fetch;
 use super::{GpuTechnique, Numbers, Storage};
 use crate::PointLobe;
+use std::borrow::Cow;
 use std::fmt::Write;
 
 /// `struct Lobe`.
@@ -64,24 +65,26 @@ pub fn module(technique: &GpuTechnique) -> String {
 /// Bindings of group 0, `fetch_NAME` functions and the technique's modules, without an entry point: the
 /// common start of every shader that calls the technique's [`super::Entry`].
 pub fn library(technique: &GpuTechnique) -> String {
-    library_of(technique, Storage::Buffers)
+    library_modules(technique, Storage::Buffers).concat()
 }
 
-/// [`library`] for devices that keep data per site in buffers or in textures.
-pub fn library_of(technique: &GpuTechnique, storage: Storage) -> String {
-    let mut out = String::new();
+/// The modules of [`library`], in order, for devices that keep data per site in buffers or in textures. What
+/// joins them with others keeps each once: techniques, their lights and reflectances may bring the same one.
+pub fn library_modules(technique: &GpuTechnique, storage: Storage) -> Vec<Cow<'static, str>> {
+    let mut declarations = String::new();
     let [zero, _] = bindings(technique);
     for (i, b) in zero.iter().enumerate() {
-        bind(&mut out, technique, i, *b, storage);
+        bind(&mut declarations, technique, i, *b, storage);
     }
+    let mut out = vec![declarations.into()];
     if technique.entry.lobe {
-        out.push_str(LOBE);
+        out.push(LOBE.into());
     }
     if technique.entry.site {
-        out.push_str(SITE);
+        out.push(SITE.into());
     }
-    out.push_str(&fetch::functions(technique, storage));
-    technique.modules.iter().for_each(|m| out.push_str(m));
+    out.push(fetch::functions(technique, storage).into());
+    out.extend(technique.modules.iter().cloned());
     out
 }
 
