@@ -2,6 +2,7 @@
 //! directional and disk lights.
 
 pub mod adjust;
+mod cell;
 mod environment;
 mod lamps;
 mod lights;
@@ -11,6 +12,7 @@ pub mod sky;
 pub mod stats;
 pub mod suns;
 
+pub use cell::CellLight;
 pub use environment::Environment;
 pub use lamps::Lamp;
 pub use lights::{DirectionalLight, DiskLight, LARGEST, Lights, PointLight, Unsound};

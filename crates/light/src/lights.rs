@@ -57,6 +57,10 @@ pub struct DiskLight {
 }
 
 impl DiskLight {
+    /// Disks of a larger angular radius, radians, count as sky. The rules for exact shading assume lights that
+    /// are small relative to the hemisphere and, on GPUs, to the lobe.
+    pub const WIDEST_SUN: f64 = 0.35;
+
     /// Solid angle, steradians: 2π(1 − cos ρ) = 4π sin²(ρ/2).
     pub fn solid_angle(&self) -> f64 {
         let s = (0.5 * self.angular_radius).sin();

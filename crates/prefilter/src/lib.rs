@@ -21,4 +21,6 @@ pub use cube::{
 };
 pub use image::{Deviation, FilteredImage, deviation, filter_image, map, mirror_image};
 pub use kernel::{Cosine, FibreKernel, GgxMirror, Lobe, Power, Radial, Zonal, quadrature};
-pub use light::{Cell, MatchingPursuit, Sampled, SmallLight, Source, Tree, source};
+pub use light::{
+    Apart, Cell, MatchingPursuit, Sampled, SmallLight, Source, Sun, SunlitSpectrum, Tree, source,
+};

@@ -4,6 +4,7 @@ use super::CentralError;
 use crate::Brdf;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_base::{Field, ParamInfo, Value};
 
 /// The central direction C about which f_cos is expanded (Ramamoorthi & Hanrahan 2002, section 5.3.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -18,6 +19,25 @@ pub enum Centre {
 }
 
 impl Centre {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Reflection, Self::Normal, Self::Tangent];
+    /// Their names as parameters have them, in the same order.
+    pub const NAMES: [&'static str; 3] = ["mirror-direction", "normal", "tangent"];
+
+    /// The centre's number in files and on GPUs.
+    pub fn number(self) -> f64 {
+        match self {
+            Self::Reflection => 1.0,
+            Self::Normal => 2.0,
+            Self::Tangent => 3.0,
+        }
+    }
+
+    /// The centre of a number in a file.
+    pub fn from_number(number: f64) -> Option<Self> {
+        Self::ALL.into_iter().find(|c| c.number() == number)
+    }
+
     /// The slice about this centre at elevation θ_o, radians.
     pub fn slice(self, theta_o: f64) -> Slice {
         match self {
@@ -43,6 +63,32 @@ pub enum Argument {
     /// then at the equator about C, where y_pq tell their azimuths apart. About the normal and the tangent γ
     /// is constant, and tells nothing.
     Normal,
+}
+
+/// The value of a parameter that is a choice among [`Centre::NAMES`].
+impl Field for Centre {
+    fn from_value(value: &Value, info: &ParamInfo) -> Option<Self> {
+        usize::from_value(value, info).and_then(|k| Self::ALL.get(k).copied())
+    }
+
+    fn to_value(&self, info: &ParamInfo) -> Value {
+        Self::ALL.iter().position(|c| c == self).unwrap_or_default().to_value(info)
+    }
+}
+
+impl Argument {
+    /// The argument's number in files and on GPUs.
+    pub fn number(self) -> f64 {
+        match self {
+            Self::View => 0.0,
+            Self::Normal => 1.0,
+        }
+    }
+
+    /// The argument of a number in a file.
+    pub fn from_number(number: f64) -> Self {
+        if number == Self::Normal.number() { Self::Normal } else { Self::View }
+    }
 }
 
 /// One elevation of the viewer and the centre about which it is seen. C lies in the plane of n and wo, at

@@ -13,6 +13,10 @@ use steradian_sphere::sh::zonal;
 /// Target RMS error of the quadrature of f_cos, relative to its norm; mostly the error reached is 1e-8 or
 /// less.
 const TOLERANCE: f64 = 1e-6;
+/// Error of the integrals, relative to the error that truncation of orders may cause.
+const QUADRATURE: f64 = 0.01;
+/// Step in elevations at which the required orders are determined.
+const EVERY: usize = 8;
 
 /// k_lq at a list of elevations: B(C, wo) = Σ_q a_q(φ_o) Σ_l k_l|q| L'_lq, with a_q = (1, √2 cos qφ, √2 sin
 /// |q|φ).
@@ -90,6 +94,73 @@ impl Slices {
         let last = count.saturating_sub(1).max(1) as f64;
         let slices = (0..count).map(|i| centre.slice(centre.reach() * i as f64 / last)).collect();
         Self::new(brdf, centre, slices, f, q, task)
+    }
+
+    /// Slices up to the first of `orders` (F and Q, ascending) that hold each elevation up to `views` radians
+    /// but for `share` of its energy, else up to the last. Orders that every eighth elevation finds too low
+    /// are computed at no others.
+    pub fn sufficient(
+        brdf: &dyn Brdf,
+        centre: Centre,
+        elevations: &[Slice],
+        orders: &[[usize; 2]],
+        views: f64,
+        share: f64,
+        task: &Task,
+    ) -> Result<Self, CentralError> {
+        let tolerance = QUADRATURE * share.sqrt();
+        let made =
+            |of: &[Slice], orders: [usize; 2]| Self::to(brdf, centre, of.to_vec(), orders, tolerance, task);
+        let raised = |s: &Self, now: [usize; 2], next: [usize; 2]| {
+            let more = s.missing(views, share);
+            std::array::from_fn(|i| if more[i] { next[i] } else { now[i] })
+        };
+        let few: Vec<Slice> = elevations.iter().step_by(EVERY).copied().collect();
+        let (mut now, mut higher) = (orders[0], &orders[1..]);
+        while let [next, others @ ..] = higher {
+            let raised = raised(&made(&few, now)?, now, *next);
+            if raised == now {
+                break;
+            }
+            (now, higher) = (raised, others);
+        }
+        let mut slices = made(elevations, now)?;
+        for next in higher {
+            let raised = raised(&slices, now, *next);
+            if raised != now {
+                now = raised;
+                slices = made(elevations, now)?;
+            }
+        }
+        Ok(slices)
+    }
+
+    /// Does F, does Q miss more than `share` of the energy of any elevation up to `views`?
+    fn missing(&self, views: f64, share: f64) -> [bool; 2] {
+        let mut more = [false; 2];
+        for (i, _) in self.slices.iter().enumerate().filter(|(_, s)| s.theta_v.abs() < views) {
+            let captured = self.captured(i, self.order, self.azimuth);
+            for c in 0..3 {
+                let rest = self.energy[i][c] - captured[c];
+                let beyond = self.beyond_azimuth(i, c);
+                let most = share * self.energy[i][c];
+                more[0] |= rest - beyond > most;
+                more[1] |= beyond > most;
+            }
+        }
+        more
+    }
+
+    /// The energy of a slice beyond Q, as the rows of Q/2 and of Q say: e_q ∝ q^−p gives e_Q Q/(p − 1), which
+    /// holds for edges (p = 2) as for smooth lobes.
+    pub fn beyond_azimuth(&self, slice: usize, channel: usize) -> f64 {
+        if self.azimuth < 2 {
+            return 0.0;
+        }
+        let energy = |q: usize| 2.0 * self.row(slice, q)[channel].iter().map(|k| k * k).sum::<f64>();
+        let (half, last) = (energy(self.azimuth / 2), energy(self.azimuth));
+        let power = (half / last.max(f64::MIN_POSITIVE)).log2().clamp(1.5, 16.0);
+        last * self.azimuth as f64 / (power - 1.0)
     }
 
     /// k_lq over l = 0 … F of one slice, per channel; the rows of q also serve −q. Zero below l = q.

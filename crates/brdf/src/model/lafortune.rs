@@ -232,8 +232,7 @@ impl Brdf for Lafortune {
         let mut parameters = vec![rgb(self.kd)];
         parameters.extend(lobes.iter().map(|l| rgb(l.each_ref().map(|c| c.ks))));
         parameters.extend(lobes.iter().flatten().map(|c| with(c.c.to_array(), c.n)));
-        let shader =
-            BrdfShader::new(include_str!("lafortune.wgsl"), self.peak(), self.domain(), parameters);
+        let shader = BrdfShader::new(include_str!("lafortune.wgsl"), self.peak(), self.domain(), parameters);
         Some(shader.with_arrays([("BRDF_LOBES", lobes.len()), ("BRDF_LOBE_CHANNELS", 3 * lobes.len())]))
     }
 

@@ -279,7 +279,8 @@ impl Brdf for Lobes {
         let cells = fit.views.iter().flatten().flat_map(lobe).collect();
         let counts = four([fit.elevations() as f64, fit.lobes() as f64, LAST, fit.azimuths as f64]);
         let parameters = [rgb(fit.diffuse), counts];
-        let shader = BrdfShader::new(include_str!("lobes.wgsl"), self.peak(), self.domain(), parameters).with_f_cos();
+        let shader =
+            BrdfShader::new(include_str!("lobes.wgsl"), self.peak(), self.domain(), parameters).with_f_cos();
         // A fit in memory may have a single view; fits in files have at least two.
         (fit.elevations() > 1).then(|| shader.with_cells(Arc::new(cells)))
     }

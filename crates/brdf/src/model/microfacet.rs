@@ -82,7 +82,10 @@ impl Brdf for Microfacet {
 
     fn shader(&self) -> Option<BrdfShader> {
         let parameters = [four([self.sigma, 0.0, 0.0, 0.0])];
-        Some(BrdfShader::new(include_str!("microfacet.wgsl"), self.peak(), self.domain(), parameters).with_f_cos())
+        Some(
+            BrdfShader::new(include_str!("microfacet.wgsl"), self.peak(), self.domain(), parameters)
+                .with_f_cos(),
+        )
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

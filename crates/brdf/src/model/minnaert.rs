@@ -84,7 +84,10 @@ impl Brdf for Minnaert {
 
     fn shader(&self) -> Option<BrdfShader> {
         let parameters = [with(self.albedo, self.k)];
-        Some(BrdfShader::new(include_str!("minnaert.wgsl"), self.peak(), self.domain(), parameters).with_f_cos())
+        Some(
+            BrdfShader::new(include_str!("minnaert.wgsl"), self.peak(), self.domain(), parameters)
+                .with_f_cos(),
+        )
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -162,7 +162,9 @@ impl Brdf for Strand {
     fn shader(&self) -> Option<BrdfShader> {
         let sign = if self.kind == Kind::KajiyaKay { 1.0 } else { -1.0 };
         let parameters = [four([self.n, sign, f64::from(self.kind == Kind::Banks), 0.0])];
-        Some(BrdfShader::new(include_str!("strand.wgsl"), self.peak(), self.domain(), parameters).with_f_cos())
+        Some(
+            BrdfShader::new(include_str!("strand.wgsl"), self.peak(), self.domain(), parameters).with_f_cos(),
+        )
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -14,6 +14,7 @@
 //! their kernels are Σ_p ρ̂_lpq f_pq(θ_o), y_pq = f_pq a_q. A [`Term`] is one such product and knows nothing
 //! of reflectance; [`Plan`] makes the [`CoefficientMaps`] of many.
 
+pub mod choice;
 mod combine;
 pub mod error;
 pub mod explicit;
@@ -24,6 +25,7 @@ mod maps;
 mod plan;
 mod recursion;
 pub mod resolution;
+pub mod spectral_error;
 mod sums;
 #[cfg(test)]
 mod tests;

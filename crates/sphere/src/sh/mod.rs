@@ -61,6 +61,15 @@ impl ShRgb {
         Self { order, c: std::array::from_fn(|_| vec![0.0; count(order)]) }
     }
 
+    /// Mean square over all rotations of a coefficient of each band, per channel: Σ_m c_lm²/(2l + 1), l = 0 …
+    /// order.
+    pub fn mean_squares(&self) -> [Vec<f64>; 3] {
+        self.c.each_ref().map(|c| {
+            let band = |l: usize| c[l * l..(l + 1) * (l + 1)].iter().map(|x| x * x).sum::<f64>();
+            (0..=self.order).map(|l| band(l) / (2 * l + 1) as f64).collect()
+        })
+    }
+
     /// Multiplies band l by `k[l]` (0 beyond its end): a convolution with a zonal kernel (Funk–Hecke), where
     /// k_l = 2π ∫ K(x) P_l(x) dx.
     pub fn convolve(&mut self, k: &[f64]) {

@@ -20,7 +20,6 @@ mod shadow;
 mod tests;
 
 use crate::{Points, Radiance, View};
-pub use cell::CellLight;
 use glam::DVec3;
 use horizon::Horizon;
 use rule::Cap;
@@ -30,7 +29,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 pub use steradian_brdf::BrdfShader;
 use steradian_brdf::{Brdf, Domain};
-use steradian_light::{DirectionalLight, DiskLight, LARGEST, Lights, PointLight};
+use steradian_light::{CellLight, DirectionalLight, DiskLight, LARGEST, Lights, PointLight};
 use steradian_sphere::Frame;
 
 /// `gpu_disk(c, radius, wo) -> vec3<f32>`, the integral of f_cos over a disk in the local frame: the WGSL
@@ -39,7 +38,7 @@ use steradian_sphere::Frame;
 pub const DISK_WGSL: &str = concat!(include_str!("horizon.wgsl"), include_str!("disk.wgsl"));
 
 /// [`DISK_WGSL`] with its `gpu_node`, and `gpu_cell(pole, meridian, theta, half, wo) -> vec3<f32>`, the twin
-/// of [`CellLight::integral`].
+/// of the integral over a [`CellLight`].
 pub fn suns_wgsl() -> String {
     const CELL_WGSL: &str = include_str!("cell.wgsl");
     let nodes: Vec<String> = rule::gauss().map(|(x, w)| format!("vec2<f32>({x:?}, {w:?})")).collect();
@@ -80,10 +79,6 @@ pub struct Direct {
     pub points: Vec<PointLight>,
 }
 
-/// Disks of a larger angular radius, radians, count as sky and are baked. The rules for exact shading assume
-/// lights that are small relative to the hemisphere and, on GPUs, to the lobe.
-const WIDEST: f64 = 0.35;
-
 /// Splits `lights` into those that a technique bakes and those that are shaded exactly. Point lights are
 /// always shaded exactly; disks of at most 20 degrees (0.35 radians) radius and directional lights are with
 /// [`Suns::Exact`], and the baked lights then keep a copy of them in [`Lights::apart`], for what surfaces
@@ -92,8 +87,9 @@ pub fn split(lights: &Lights, suns: Suns) -> (Lights, Direct) {
     let mut baked = lights.clone();
     let mut direct = Direct { points: std::mem::take(&mut baked.points), ..Direct::default() };
     if suns == Suns::Exact {
-        (direct.disks, baked.disks) =
-            std::mem::take(&mut baked.disks).into_iter().partition(|d| d.angular_radius <= WIDEST);
+        (direct.disks, baked.disks) = std::mem::take(&mut baked.disks)
+            .into_iter()
+            .partition(|d| d.angular_radius <= DiskLight::WIDEST_SUN);
         direct.directionals = std::mem::take(&mut baked.directionals);
         let apart = Lights {
             disks: direct.disks.clone(),
@@ -211,7 +207,7 @@ impl Direct {
             gather(value, d.radiance.map(|l| l * seen));
         }
         for c in &self.cells {
-            let value = c.integral(brdf, frame, wo);
+            let value = cell::integral(c, brdf, frame, wo);
             let seen = match place.filter(|_| value != [0.0; 3]) {
                 Some(p) => p.seen(|x, y| c.inside(x, y), luminous),
                 None => 1.0,

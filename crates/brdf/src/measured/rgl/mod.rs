@@ -259,7 +259,8 @@ impl Brdf for Rgl {
             both(vndf, colours),
             four([scaled, 0.0, 0.0, 0.0]),
         ];
-        let shader = BrdfShader::new(include_str!("rgl.wgsl"), self.peak(), self.domain(), parameters).with_f_cos();
+        let shader =
+            BrdfShader::new(include_str!("rgl.wgsl"), self.peak(), self.domain(), parameters).with_f_cos();
         Some(shader.with_cells(Arc::new(cells)))
     }
 

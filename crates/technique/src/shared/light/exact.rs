@@ -1,11 +1,12 @@
 //! Frame state and shading of the suns that are shaded exactly; `exact.wgsl` has the same functions.
 
 use super::light_rotation::LightRotation;
-use super::sun::{self, STRIDE, Sun};
+use super::sun;
 use crate::direct::{self, Direct};
 use crate::gpu::{Buffer, Table, Uniform, Value, own_reflectance};
 use crate::{GpuTechnique, Points, Radiance, View};
 use steradian_brdf::{BrdfShader, SharedBrdf};
+use steradian_prefilter::Sun;
 
 /// The light of a frame.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -60,6 +61,6 @@ pub fn gpu(mut technique: GpuTechnique, suns: &[Sun], brdf: Option<&SharedBrdf>)
     technique.modules.insert(0, text.into());
     technique.tables.extend(tables);
     technique.uniforms.push(Uniform { name: "suns", value: Value::Vec4([count, 0.0, 0.0, 0.0]) });
-    technique.buffers.push(Buffer::new("suns", STRIDE, suns.iter().flat_map(numbers).collect()));
+    technique.buffers.push(Buffer::new("suns", Sun::NUMBERS, suns.iter().flat_map(numbers).collect()));
     technique
 }

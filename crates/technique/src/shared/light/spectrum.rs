@@ -28,31 +28,37 @@ impl Spectrum {
         order: usize,
         task: &Task,
     ) -> Result<Source, BakeError> {
-        refuse_points(slug, lights)?;
-        if let Some(e) = &lights.environment {
-            let texels = (e.image.width * e.image.height) as u64;
-            let need = texels * 24;
-            if need > task.max_memory() {
-                return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
-            }
-        }
+        check(slug, lights, task)?;
         Ok(Source::new(lights, order, task)?)
     }
+}
 
-    /// Mean square over all frames of a rotated coefficient L'_lq, per channel: Σ_m L_lm²/(2l + 1), l = 0 …
-    /// order.
-    pub fn mean_squares(&self) -> [Vec<f64>; 3] {
-        self.sh.c.each_ref().map(|c| {
-            let band = |l: usize| c[l * l..(l + 1) * (l + 1)].iter().map(|x| x * x).sum::<f64>();
-            (0..=self.sh.order).map(|l| band(l) / (2 * l + 1) as f64).collect()
-        })
+/// Refuses point lights, and images that need more memory than is allowed.
+pub(super) fn check(slug: &'static str, lights: &Lights, task: &Task) -> Result<(), BakeError> {
+    refuse_points(slug, lights)?;
+    if let Some(e) = &lights.environment {
+        let texels = (e.image.width * e.image.height) as u64;
+        let need = texels * 24;
+        if need > task.max_memory() {
+            return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
+        }
     }
+    Ok(())
+}
+
+/// Writes coefficients.
+pub(super) fn save(sh: &ShRgb, to: &mut TensorFile, prefix: &str) {
+    put_f64(to, format!("{prefix}.spectrum"), vec![3, sh::count(sh.order)], sh.c.concat());
+}
+
+/// Bytes of coefficients.
+pub(super) fn bytes(sh: &ShRgb) -> usize {
+    8 * sh.c.iter().map(Vec::len).sum::<usize>()
 }
 
 impl Part for Spectrum {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        let shape = vec![3, sh::count(self.sh.order)];
-        put_f64(to, format!("{prefix}.spectrum"), shape, self.sh.c.concat());
+        save(&self.sh, to, prefix);
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -67,6 +73,6 @@ impl Part for Spectrum {
     }
 
     fn bytes(&self) -> usize {
-        8 * self.sh.c.iter().map(Vec::len).sum::<usize>()
+        bytes(&self.sh)
     }
 }

@@ -1,100 +1,11 @@
-//! Suns that are taken out of the light and shaded with the exact reflectance: disks, and single texels of
-//! the image.
+//! Suns that are taken out of the light: as lights that are shaded exactly, and in files.
 
-use crate::direct::{CellLight, Direct};
+use crate::direct::Direct;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
-use glam::DVec3;
-use steradian_light::DiskLight;
-use steradian_prefilter::SmallLight;
-use steradian_sphere::quadrature::gauss_legendre;
+use steradian_prefilter::Sun;
 
-/// Numbers that describe a sun.
-pub const STRIDE: usize = 12;
 /// Bytes of a sun in the data that shading reads.
-pub const BYTES: usize = 4 * STRIDE;
-
-/// A small light.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Sun {
-    /// A disk.
-    Disk(DiskLight),
-    /// A texel.
-    Cell(CellLight),
-}
-
-impl Sun {
-    /// A disk of a small light's flux.
-    pub fn disk(b: &SmallLight) -> Self {
-        let d = DiskLight { direction: b.direction, angular_radius: b.radius, radiance: [0.0; 3] };
-        Self::Disk(DiskLight { radiance: b.flux.map(|f| f / d.solid_angle()), ..d })
-    }
-
-    /// The disk of its flux and solid angle about its centre.
-    pub fn small_light(&self) -> SmallLight {
-        match self {
-            Self::Disk(d) => SmallLight::from(d),
-            Self::Cell(c) => {
-                let omega = c.solid_angle();
-                SmallLight::texel(c.centre(), omega, c.radiance.map(|l| l * omega))
-            }
-        }
-    }
-
-    /// Small lights that together have the sun's coefficients in spherical harmonics up to `order`: for a
-    /// disk, itself; for a texel, directions at the nodes of a product rule, whose error falls faster than
-    /// any power of their number once they resolve the highest band.
-    pub fn small_lights(&self, order: usize) -> Vec<SmallLight> {
-        let Self::Cell(c) = self else { return vec![self.small_light()] };
-        // A wave turns by order × half of the side between the middle and the end.
-        let [rows, columns] = c.halves().map(|side| {
-            let n = 3 + (0.75 * order as f64 * side).ceil() as usize;
-            let (x, w) = gauss_legendre(n);
-            x.into_iter().zip(w).collect::<Vec<_>>()
-        });
-        let [a, b] = c.theta;
-        let mut out = Vec::with_capacity(rows.len() * columns.len());
-        for (x, wx) in &rows {
-            let theta = 0.5 * (a + b) + 0.5 * (b - a) * x;
-            for (y, wy) in &columns {
-                let omega = wx * wy * 0.5 * (b - a) * c.half * theta.sin();
-                let flux = c.radiance.map(|l| l * omega);
-                let direction = c.direction(theta, c.half * y);
-                out.push(SmallLight { direction, radius: 0.0, flux, cell: None });
-            }
-        }
-        out
-    }
-
-    /// ∫ L dω, all channels.
-    pub fn strength(&self) -> f64 {
-        self.small_light().flux.iter().sum()
-    }
-
-    /// A texel: pole, meridian, θ from and to, half azimuth, radiance. A disk: its centre for the pole, its
-    /// radius for the second θ, 0 for the azimuth.
-    pub fn numbers(&self) -> [f64; STRIDE] {
-        let (p, m, theta, half, l) = match self {
-            Self::Disk(d) => (d.direction, DVec3::ZERO, [0.0, d.angular_radius], 0.0, d.radiance),
-            Self::Cell(c) => (c.pole, c.meridian, c.theta, c.half, c.radiance),
-        };
-        [p.x, p.y, p.z, m.x, m.y, m.z, theta[0], theta[1], half, l[0], l[1], l[2]]
-    }
-
-    fn of(v: &[f64; STRIDE]) -> Option<Self> {
-        let unit = |d: DVec3| (d.length() - 1.0).abs() < 1e-3;
-        let pole = DVec3::from_slice(&v[..3]);
-        let (theta, half, radiance) = ([v[6], v[7]], v[8], [v[9], v[10], v[11]]);
-        let sound = v.iter().all(|x| x.is_finite()) && unit(pole) && theta[0] >= 0.0 && theta[1] > theta[0];
-        if half == 0.0 {
-            let disk = DiskLight { direction: pole, angular_radius: theta[1], radiance };
-            return sound.then_some(Self::Disk(disk));
-        }
-        let meridian = DVec3::from_slice(&v[3..6]);
-        let whole = std::f64::consts::PI * (1.0 + 1e-12);
-        let sound = sound && unit(meridian) && theta[1] <= whole && half > 0.0 && half <= whole;
-        sound.then_some(Self::Cell(CellLight { pole, meridian, theta, half, radiance }))
-    }
-}
+pub const BYTES: usize = 4 * Sun::NUMBERS;
 
 /// These suns as lights that are shaded exactly.
 pub fn direct(suns: &[Sun]) -> Direct {
@@ -111,7 +22,7 @@ pub fn direct(suns: &[Sun]) -> Direct {
 /// Saves suns.
 pub fn save_suns(suns: &[Sun], to: &mut TensorFile, name: String) {
     if !suns.is_empty() {
-        put_f64(to, name, vec![suns.len(), STRIDE], suns.iter().flat_map(Sun::numbers).collect());
+        put_f64(to, name, vec![suns.len(), Sun::NUMBERS], suns.iter().flat_map(Sun::numbers).collect());
     }
 }
 
@@ -121,7 +32,7 @@ pub fn load_suns(from: &TensorFile, name: &str) -> Result<Vec<Sun>, PartError> {
         return Ok(Vec::new());
     }
     let (_, v) = get_f64(from, name, 2)?;
-    let (suns, rest) = v.as_chunks::<STRIDE>();
-    let suns: Option<Vec<Sun>> = suns.iter().map(Sun::of).collect();
+    let (suns, rest) = v.as_chunks::<{ Sun::NUMBERS }>();
+    let suns: Option<Vec<Sun>> = suns.iter().map(Sun::from_numbers).collect();
     suns.filter(|_| rest.is_empty()).ok_or_else(|| PartError::Unexpected(name.to_string()))
 }

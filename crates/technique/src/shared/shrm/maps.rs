@@ -2,7 +2,6 @@
 
 use super::Expansion;
 use crate::BakeError;
-use crate::shared::light::spectrum::Spectrum;
 use crate::shared::maths::harmonics;
 use crate::shared::tables::bundle::{Bundle, Grid};
 use std::f64::consts::PI;
@@ -14,9 +13,9 @@ use steradian_sphere::sh::{self, ColumnsRgb, ShRgb, count, zonal};
 const DIFFUSE: (usize, usize) = (48, 24);
 
 /// The light up to `order`, by columns.
-pub fn columns(light: &Spectrum, order: usize) -> ColumnsRgb {
-    let order = order.min(light.sh.order);
-    let c = light.sh.c.each_ref().map(|c| c[..count(order)].to_vec());
+pub fn columns(light: &ShRgb, order: usize) -> ColumnsRgb {
+    let order = order.min(light.order);
+    let c = light.c.each_ref().map(|c| c[..count(order)].to_vec());
     ColumnsRgb::from_world(&ShRgb { order, c })
 }
 
@@ -40,7 +39,7 @@ pub fn local_maps(slug: &'static str, e: &Expansion, size: usize, task: &Task) -
     let light = &e.apart.rest;
     let pairs: Vec<_> = shrm::pairs(e.lpq.p).into_iter().filter(|(_, q)| *q <= e.q).collect();
     let terms: Vec<_> = pairs.iter().map(|&(p, q)| Term { q, k: e.lpq.row(p, q) }).collect();
-    let order = e.f.min(light.sh.order);
+    let order = e.f.min(light.order);
     let plan = Plan::new(order, e.q, grid(size));
     bundle(slug, &plan.maps(&columns(light, order), &terms, task)?)
 }
@@ -49,7 +48,7 @@ pub fn local_maps(slug: &'static str, e: &Expansion, size: usize, task: &Task) -
 /// in their order; where q = 0 alone is left B_p0, which no frame turns.
 pub fn global_maps(slug: &'static str, e: &Expansion, size: usize, task: &Task) -> Result<Bundle, BakeError> {
     let light = &e.apart.rest;
-    let order = e.f.min(light.sh.order);
+    let order = e.f.min(light.order);
     let columns = columns(light, order);
     let term = |(p, q): (usize, usize)| Term { q, k: e.lpq.row(p, q) };
     let made = |terms: &[Term<'_>], p: usize| {
@@ -89,7 +88,7 @@ pub fn diffuse_map(slug: &'static str, e: &Expansion, task: &Task) -> Result<Opt
     if albedo == [0.0; 3] {
         return Ok(None);
     }
-    let (size, order) = (DIFFUSE.0, DIFFUSE.1.min(light.sh.order));
+    let (size, order) = (DIFFUSE.0, DIFFUSE.1.min(light.order));
     // y_l0 at its pole is √((2l + 1)/4π), and B = Σ_l A_l/π L'_l0 y_l0(0).
     let pole = |l: usize| ((2 * l + 1) as f64 / (4.0 * PI)).sqrt();
     let cosine = zonal::cosine(order);

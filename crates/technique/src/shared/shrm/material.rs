@@ -44,7 +44,7 @@ fn best_centre(brdf: &dyn Brdf, task: &Task) -> Result<Centre, CentralError> {
 pub fn material(slug: &'static str, m: &Material, p: &Orders, task: &Task) -> Result<Kernels, BakeError> {
     let brdf = &*m.brdf;
     let refused = refused(slug);
-    let centre = p.centre().map_or_else(|| best_centre(brdf, task), Ok).map_err(&refused)?;
+    let centre = p.centre.map_or_else(|| best_centre(brdf, task), Ok).map_err(&refused)?;
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
     let share = (0.5 * tolerance).powi(2);
     let least = [p.order.unwrap_or(LEAST), AZIMUTH];

@@ -2,26 +2,21 @@
 //! parameters, the choice of orders and resolutions by the measured light, and the scale by elevation.
 
 mod choose;
-mod fit;
 mod maps;
 mod material;
 mod params;
-mod powers;
 mod scale;
 
 use crate::shared::points::central;
 use std::borrow::Cow;
 use steradian_brdf::ATAN2;
 
-pub use choose::{Expansion, HighestP, choose};
+pub use choose::choose;
 pub use maps::{bundle, columns, diffuse_map, global_maps, grid, local_maps};
 pub use material::material;
-pub use params::{Orders, argument_of, argument_word};
-pub use powers::ANGLES;
-pub use scale::ScaleTable;
-
-/// Tolerance where the user gives none, over views up to 60° from the normal.
-pub const TOLERANCE: f64 = 0.05;
+pub use params::Orders;
+pub use scale::{ScaleTable, table as scale_table};
+pub use steradian_prefilter::shrm::choice::{ANGLES, Expansion, HighestP, TOLERANCE};
 
 /// WGSL of the sum over harmonics of a direction.
 pub const SUM: &str = include_str!("sum.wgsl");

@@ -1,15 +1,16 @@
 //! Parameters of spherical harmonic reflection maps.
 
-use crate::shared::material::kernels::centre_of;
+use crate::shared::material::kernels::Kernels;
 use steradian_base::{ParamInfo, params};
 use steradian_brdf::central::{Argument, Centre};
+use steradian_prefilter::shrm::choice::Options;
 
 params! {
     /// Orders and resolutions, or how to find them.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Orders {
-        /// Index of the central direction among the words; chosen by measured energy where `None`.
-        pub centre: Option<usize> = ParamInfo::choice("centre", &["mirror-direction", "normal", "tangent"], "central direction, tangent for kajiya-kay and banks-map; auto: by measured energy").numbered(1.0).auto(0.0),
+        /// The central direction; chosen by measured energy where `None`.
+        pub centre: Option<Centre> = ParamInfo::choice("centre", &Centre::NAMES, "central direction, tangent for kajiya-kay and banks-map; auto: by measured energy").numbered(1.0).auto(0.0),
         /// F.
         pub order: Option<usize> = ParamInfo::whole("order", [0.0, 255.0], 0.0, "F, the highest l; auto: what the tolerance needs").auto(-1.0),
         /// P.
@@ -30,34 +31,20 @@ params! {
 }
 
 impl Orders {
-    /// Do the parameters ask for the paper's projection, directly or by its energy criterion?
-    pub fn published(&self) -> bool {
-        self.plain || self.energy_epsilon.is_some()
+    /// Options of the choice of an expansion of `kernels`. Suns can be shaded apart where the reflectance is
+    /// kept.
+    pub fn options(&self, kernels: &Kernels) -> Options {
+        let published = self.plain || self.energy_epsilon.is_some();
+        let view = published || self.of_view || kernels.slices.centre != Centre::Reflection;
+        let lights = if kernels.brdf.is_some() { self.lights } else { Some(0) };
+        Options {
+            order: self.order,
+            p: self.p,
+            energy_epsilon: self.energy_epsilon,
+            plain: self.plain,
+            of: if view { Argument::View } else { Argument::Normal },
+            size: self.size,
+            lights,
+        }
     }
-
-    /// Are F or P given, or as published?
-    pub fn given(&self) -> bool {
-        self.p.is_some() || self.order.is_some() || self.published()
-    }
-
-    /// The direction that y_pq are functions of.
-    pub fn argument(&self, centre: Centre) -> Argument {
-        let view = self.published() || self.of_view || centre != Centre::Reflection;
-        if view { Argument::View } else { Argument::Normal }
-    }
-
-    /// The central direction that the parameter gives.
-    pub fn centre(&self) -> Option<Centre> {
-        centre_of(self.centre? as f64 + 1.0)
-    }
-}
-
-/// The number of an argument in files and on GPUs.
-pub fn argument_word(of: Argument) -> f64 {
-    f64::from(u8::from(of == Argument::Normal))
-}
-
-/// The argument that a number in files means.
-pub fn argument_of(word: f64) -> Argument {
-    if word == 1.0 { Argument::Normal } else { Argument::View }
 }

@@ -52,7 +52,7 @@ pub(super) fn first(light: &Spectrum, p: &Params) -> ShRgb {
 
 /// Estimates the error of cutting off the bands, where nothing is blocked.
 pub(super) fn report(light: &Spectrum, m: &Views, p: &Params) -> Report {
-    let squares = light.mean_squares();
+    let squares = light.sh.mean_squares();
     let (error, elevations) =
         m.energies.error([&squares, &squares], [0.0; 3], &p.window().factors(p.bands - 1));
     Report::estimated(error, elevations).detail("bands", p.bands as f64)

@@ -3,13 +3,14 @@
 use super::ShBrdf;
 use crate::certify::Report;
 use crate::local::FileName;
-use crate::shared::light::apart::Apart;
-use crate::shared::light::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::light::sun::{self, load_suns, save_suns};
 use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
 use crate::shared::material::view_table::{BANDS, MOST_BANDS, MOST_NODES, PLANE, Places, SiteFrames, Views};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Geometry, Material, Part, Technique};
 use steradian_base::{ParamInfo, Task, params};
+use steradian_prefilter::Apart;
+use steradian_prefilter::Sun;
 use steradian_sphere::sh::{ShRgb, Window};
 
 /// Words of `fix`.
@@ -104,7 +105,7 @@ pub(super) fn link(
         c.resize(n, 0.0);
         c
     };
-    let mut sh = ShRgb { order: p.bands - 1, c: apart.rest.sh.c.each_ref().map(first) };
+    let mut sh = ShRgb { order: p.bands - 1, c: apart.rest.c.each_ref().map(first) };
     let mut kept = vec![1.0; p.bands];
     if p.window > 0.0 {
         let window = Window::Hanning { width: p.window };

@@ -19,7 +19,7 @@ mod tests;
 use crate::certify::{self, Model, Report, Target};
 use crate::gpu::Uniform;
 use crate::local::{Content, Plane};
-use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::light::sunlit_spectrum::{self, SunlitSpectrum};
 use crate::shared::material::view_table::{self, SiteFrames, Views};
 use crate::shared::trials::lights;
 use crate::{
@@ -101,7 +101,7 @@ impl Technique for ShBrdf {
     type Frame = Frame;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<SunlitSpectrum, BakeError> {
-        SunlitSpectrum::bake(Self::CARD.slug, l, view_table::ORDER, task)
+        sunlit_spectrum::bake(Self::CARD.slug, l, view_table::ORDER, task)
     }
 
     fn material(m: &Material, p: &Params, task: &Task) -> Result<Views, BakeError> {

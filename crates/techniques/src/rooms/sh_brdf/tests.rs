@@ -349,9 +349,8 @@ fn tables_of_a_line_of_exponents_are_those_of_its_nodes() {
         assert!(off(&shade(&*b, &q), &shade(&*one, &q)) < 2e-5, "{n}");
     }
     let ramp = widths(|x, _| [4.0 * 16f64.powf(x); 2]);
-    let figure = |nodes: f64, name: &str| {
-        trial::detail(&*varied(spec, ramp.clone(), &[("nodes", nodes)]), name)
-    };
+    let figure =
+        |nodes: f64, name: &str| trial::detail(&*varied(spec, ramp.clone(), &[("nodes", nodes)]), name);
     let (coarse, fine) = (figure(3.0, "error between tables"), figure(5.0, "error between tables"));
     assert!(coarse > 3.0 * fine && fine > 1e-3, "{coarse} {fine}");
     // Between nodes: the reflectance of the texel itself.

@@ -2,19 +2,18 @@
 
 use super::Shrm;
 use crate::certify::Report;
-use crate::shared::light::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::light::sun::{self, load_suns, save_suns};
 use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
-use crate::shared::material::kernels::{Kernels, centre_of, word};
+use crate::shared::material::kernels::Kernels;
 use crate::shared::maths::harmonics::Harmonics;
-use crate::shared::shrm::{
-    Expansion, HighestP, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, local_maps,
-};
+use crate::shared::shrm::{Expansion, HighestP, Orders, ScaleTable, choose, diffuse_map, local_maps};
 use crate::shared::tables::bundle::Bundle;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
 use steradian_base::Task;
 use steradian_brdf::central::{Argument, Centre};
+use steradian_prefilter::Sun;
 
 const HIGHEST: HighestP = HighestP { usual: 5, asked: 8, zonal: 30 };
 
@@ -46,7 +45,7 @@ pub fn link(
     task: &Task,
 ) -> Result<(ReflectionMaps, Report), BakeError> {
     let slug = Shrm::CARD.slug;
-    let expansion = choose(slug, light, kernels, p, |size| PI / size as f64, HIGHEST, task)?;
+    let (expansion, report) = choose(slug, light, kernels, p, |size| PI / size as f64, HIGHEST, task)?;
     let Expansion { lpq, q, size, .. } = &expansion;
     let harmonics = Harmonics::new(lpq.p, *q);
     let need = (harmonics.len() * (size + 1) * 2 * size * 12) as u64;
@@ -62,18 +61,18 @@ pub fn link(
     let (centre, of, scale, suns) = (lpq.centre, lpq.of, expansion.scale, expansion.apart.suns);
     let made = ReflectionMaps { centre, of, harmonics, maps, scale, diffuse, suns, halves: p.halves };
     let bytes = made.bytes() as f64;
-    Ok((made, expansion.report.detail("bytes", bytes)))
+    Ok((made, report.detail("bytes", bytes)))
 }
 
 impl Part for ReflectionMaps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        let centre = word(self.centre);
+        let centre = self.centre.number();
         let head = [
             centre,
             self.harmonics.p() as f64,
             self.harmonics.q() as f64,
             f64::from(u8::from(self.diffuse.is_some())),
-            argument_word(self.of),
+            self.of.number(),
         ];
         put_f64(to, format!("{prefix}.head"), vec![5], head.to_vec());
         self.maps.save(to, format!("{prefix}.maps"), self.halves);
@@ -89,7 +88,7 @@ impl Part for ReflectionMaps {
         let bad = || PartError::Unexpected(name.clone());
         let (_, head) = get_f64(from, &name, 1)?;
         let [centre, p, q, split, of] = head[..] else { return Err(bad()) };
-        let centre = centre_of(centre).ok_or_else(bad)?;
+        let centre = Centre::from_number(centre).ok_or_else(bad)?;
         let harmonics = Harmonics::new(p as usize, q as usize);
         let name = format!("{prefix}.maps");
         let maps = Bundle::load(from, &name)?;
@@ -102,7 +101,7 @@ impl Part for ReflectionMaps {
         if diffuse.as_ref().is_some_and(|d| d.terms() != 1 || !d.is_globe()) {
             return Err(PartError::Unexpected(name));
         }
-        let (of, scale) = (argument_of(of), ScaleTable::load(from, prefix)?);
+        let (of, scale) = (Argument::from_number(of), ScaleTable::load(from, prefix)?);
         let suns = load_suns(from, &format!("{prefix}.suns"))?;
         Ok(Self { centre, of, harmonics, maps, scale, diffuse, suns, halves })
     }

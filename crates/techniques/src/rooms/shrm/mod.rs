@@ -8,7 +8,7 @@
 //! they differ between grazing views; ρ̂ is a fit weighted by elevation of f_cos over its albedo, which
 //! shading multiplies back; a diffuse part may take a map of its own about n; orders follow from the spectrum
 //! of the light at hand; and where a sun needs higher orders than the maps have, it is taken out of the light
-//! and shaded with the exact reflectance ([`crate::shared::light::apart`]). Radiance in W sr⁻¹ m⁻². Refused:
+//! and shaded with the exact reflectance ([`steradian_prefilter::Apart`]). Radiance in W sr⁻¹ m⁻². Refused:
 //! anisotropic reflectance (but Kajiya–Kay and Banks's map, about the tangent), point lights.
 
 mod bake;
@@ -19,7 +19,7 @@ mod tests;
 use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::light::exact::TurnedSuns;
-use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::light::sunlit_spectrum::{self, SunlitSpectrum};
 use crate::shared::material::kernels::{self, Kernels};
 use crate::shared::shrm::{self, Orders};
 use crate::shared::trials::lights;
@@ -97,7 +97,7 @@ impl Technique for Shrm {
     const EFFORT: f64 = 0.7;
 
     fn light(l: &Lights, _: &Orders, task: &Task) -> Result<SunlitSpectrum, BakeError> {
-        SunlitSpectrum::bake(Self::CARD.slug, l, ORDER, task)
+        sunlit_spectrum::bake(Self::CARD.slug, l, ORDER, task)
     }
 
     fn material(m: &Material, p: &Orders, task: &Task) -> Result<Kernels, BakeError> {

@@ -4,11 +4,10 @@
 use super::Shrm;
 use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::light::exact::{self, TurnedSuns};
-use crate::shared::material::kernels::word;
 use crate::shared::maths::harmonics::{self, MAX_TERMS};
 use crate::shared::points::batch::{self, Point};
 use crate::shared::points::central::central;
-use crate::shared::shrm::{self, argument_word};
+use crate::shared::shrm;
 use crate::shared::tables::bundle::Bundle;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique};
 use steradian_brdf::central::Argument;
@@ -36,8 +35,8 @@ pub(super) fn gpu(b: &Bake<Shrm>, shown: &TurnedSuns) -> GpuTechnique {
     let m = &b.linked;
     let [first, inverse] = m.scale.range();
     let orders =
-        [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, argument_word(m.of) as f32];
-    let mut tables = vec![m.maps.table("maps"), m.scale.table("scale")];
+        [m.harmonics.p() as f32, m.harmonics.q() as f32, m.centre.number() as f32, m.of.number() as f32];
+    let mut tables = vec![m.maps.table("maps"), shrm::scale_table(&m.scale, "scale")];
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
     let own = [shrm::SUM, include_str!("shade.wgsl")];
     let modules = shrm::shader(m.diffuse.is_some(), &own);

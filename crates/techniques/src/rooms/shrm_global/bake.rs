@@ -2,18 +2,17 @@
 
 use super::ShrmGlobal;
 use crate::certify::Report;
-use crate::shared::light::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::light::sun::{self, load_suns, save_suns};
 use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
-use crate::shared::material::kernels::{Kernels, centre_of, word};
+use crate::shared::material::kernels::Kernels;
 use crate::shared::maths::harmonics::Harmonics;
-use crate::shared::shrm::{
-    HighestP, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, global_maps,
-};
+use crate::shared::shrm::{HighestP, Orders, ScaleTable, choose, diffuse_map, global_maps};
 use crate::shared::tables::bundle::Bundle;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use steradian_base::{ParamError, ParamInfo, ParamValues, Task};
 use steradian_brdf::central::{Argument, Centre};
+use steradian_prefilter::Sun;
 use steradian_prefilter::edge_cube::spacing;
 
 /// Highest P: 36 cubes (P = 5) have 216 of the 256 layers that every GPU supports; strands, which need one
@@ -92,7 +91,7 @@ pub fn link(
     let slug = ShrmGlobal::CARD.slug;
     // B̂_pq has frequencies up to F + P.
     let apart = |size| 1.3 * spacing(size);
-    let expansion = choose(slug, light, kernels, &p.orders, apart, HIGHEST, task)?;
+    let (expansion, report) = choose(slug, light, kernels, &p.orders, apart, HIGHEST, task)?;
     let lpq = &expansion.lpq;
     let size = p.orders.size.unwrap_or(expansion.size.min(MOST));
     let harmonics = Harmonics::new(lpq.p, if expansion.q == 0 { 0 } else { lpq.p });
@@ -118,7 +117,7 @@ pub fn link(
         halves: p.orders.halves,
     };
     let bytes = made.bytes() as f64;
-    Ok((made, expansion.report.detail("bytes", bytes)))
+    Ok((made, report.detail("bytes", bytes)))
 }
 
 fn flag(b: bool) -> f64 {
@@ -128,11 +127,11 @@ fn flag(b: bool) -> f64 {
 impl Part for Cubes {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         let head = vec![
-            word(self.centre),
+            self.centre.number(),
             self.harmonics.p() as f64,
             flag(self.diffuse.is_some()),
             flag(self.distant),
-            argument_word(self.of),
+            self.of.number(),
             self.harmonics.q() as f64,
         ];
         put_f64(to, format!("{prefix}.head"), vec![6], head);
@@ -149,7 +148,7 @@ impl Part for Cubes {
         let bad = || PartError::Unexpected(name.clone());
         let (_, head) = get_f64(from, &name, 1)?;
         let [centre, p, split, distant, of, q] = head[..] else { return Err(bad()) };
-        let centre = centre_of(centre).ok_or_else(bad)?;
+        let centre = Centre::from_number(centre).ok_or_else(bad)?;
         let harmonics = Harmonics::new(p as usize, if q > 0.0 { p as usize } else { 0 });
         let name = format!("{prefix}.maps");
         let maps = Bundle::load(from, &name)?;
@@ -163,7 +162,7 @@ impl Part for Cubes {
             return Err(PartError::Unexpected(name));
         }
         let scale = ScaleTable::load(from, prefix)?;
-        let (of, distant) = (argument_of(of), distant > 0.0);
+        let (of, distant) = (Argument::from_number(of), distant > 0.0);
         let suns = load_suns(from, &format!("{prefix}.suns"))?;
         Ok(Self { centre, of, harmonics, maps, scale, diffuse, suns, distant, halves })
     }

@@ -18,7 +18,7 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::light::sunlit_spectrum::{self, SunlitSpectrum};
 use crate::shared::material::kernels::{self, Kernels};
 use crate::shared::shrm;
 use crate::shared::trials::lights;
@@ -86,7 +86,7 @@ impl Technique for ShrmGlobal {
     const EFFORT: f64 = 0.8;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<SunlitSpectrum, BakeError> {
-        SunlitSpectrum::bake(Self::CARD.slug, l, ORDER, task)
+        sunlit_spectrum::bake(Self::CARD.slug, l, ORDER, task)
     }
 
     fn material(m: &Material, p: &Params, task: &Task) -> Result<Kernels, BakeError> {

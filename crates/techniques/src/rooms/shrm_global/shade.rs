@@ -5,12 +5,11 @@ use super::ShrmGlobal;
 use super::bake::Cubes;
 use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::light::exact::{self, TurnedSuns};
-use crate::shared::material::kernels::word;
 use crate::shared::maths::harmonics::MAX_TERMS;
 use crate::shared::maths::vector::dot;
 use crate::shared::points::batch::{self, Point};
 use crate::shared::points::central::central;
-use crate::shared::shrm::{self, argument_word};
+use crate::shared::shrm;
 use crate::shared::tables::bundle::Bundle;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use steradian_brdf::central::Argument;
@@ -82,8 +81,9 @@ pub(super) fn gpu(b: &Bake<ShrmGlobal>, now: &Now) -> GpuTechnique {
     let [first, inverse] = m.scale.range();
     let far = now.map.is_some();
     let orders =
-        [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, argument_word(m.of) as f32];
-    let mut tables = vec![now.map.as_ref().unwrap_or(&m.maps).table("maps"), m.scale.table("scale")];
+        [m.harmonics.p() as f32, m.harmonics.q() as f32, m.centre.number() as f32, m.of.number() as f32];
+    let mut tables =
+        vec![now.map.as_ref().unwrap_or(&m.maps).table("maps"), shrm::scale_table(&m.scale, "scale")];
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
     let all = [shrm::SUM, include_str!("all.wgsl")];
     let sum: &[&'static str] = if far { &[include_str!("far.wgsl")] } else { &all };

@@ -5,10 +5,9 @@ use super::choose::{Choice, choose};
 use super::components::Component;
 use super::material::Params;
 use crate::certify::Report;
-use crate::shared::light::spectrum::Spectrum;
-use crate::shared::light::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::light::sun::{self, load_suns, save_suns};
 use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
-use crate::shared::material::kernels::{Kernels, centre_of, word};
+use crate::shared::material::kernels::Kernels;
 use crate::shared::maths::harmonics::MAX_TERMS;
 use crate::shared::shrm::{bundle, columns, grid};
 use crate::shared::tables::bundle::{Bundle, Grid};
@@ -16,7 +15,9 @@ use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part, Technique};
 use steradian_base::Task;
 use steradian_brdf::central::Centre;
+use steradian_prefilter::Sun;
 use steradian_prefilter::shrm::{Plan, Term};
+use steradian_sphere::sh::ShRgb;
 
 /// Numbers of a row before the components' weights: γ and the scale.
 pub const HEAD: usize = 4;
@@ -87,14 +88,14 @@ pub fn link(
 /// The maps of components of one size, in bundles of as many as shading sums at a time.
 fn level(
     slug: &'static str,
-    light: &Spectrum,
+    light: &ShRgb,
     f: usize,
     members: &[Component],
     task: &Task,
 ) -> Result<Vec<Level>, BakeError> {
     let Some(size) = members.first().map(|c| c.size) else { return Ok(Vec::new()) };
     // Higher bands are lost between the texels anyway.
-    let order = f.min(light.sh.order).min(size);
+    let order = f.min(light.order).min(size);
     let most_q = members.iter().map(|c| c.q).max().unwrap_or(0);
     let plan = Plan::new(order, most_q, grid(size));
     let light = columns(light, order);
@@ -113,7 +114,7 @@ fn level(
 
 impl Part for SliceMaps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        put_f64(to, format!("{prefix}.centre"), vec![1], vec![word(self.centre)]);
+        put_f64(to, format!("{prefix}.centre"), vec![1], vec![self.centre.number()]);
         let shape = vec![self.elevations(), self.stride];
         put_f32(to, format!("{prefix}.curve"), shape, self.curve.clone());
         for (i, l) in self.levels.iter().enumerate() {
@@ -127,7 +128,7 @@ impl Part for SliceMaps {
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let bad = |name: &str| PartError::Unexpected(format!("{prefix}.{name}"));
         let (_, head) = get_f64(from, &format!("{prefix}.centre"), 1)?;
-        let centre = head.first().and_then(|w| centre_of(*w)).ok_or_else(|| bad("centre"))?;
+        let centre = head.first().and_then(|w| Centre::from_number(*w)).ok_or_else(|| bad("centre"))?;
         let (shape, curve) = get_f32(from, &format!("{prefix}.curve"), 2)?;
         let mut levels = Vec::new();
         let has = |i: usize| from.tensors.contains_key(&format!("{prefix}.maps{i:02}"));

@@ -6,11 +6,12 @@ use super::pursue::{pursue, with};
 use super::scaled::Scaled;
 use crate::BakeError;
 use crate::certify::Report;
-use crate::shared::light::apart::{Apart, LEAST};
 use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
 use crate::shared::material::kernels::Kernels;
 use crate::shared::shrm::ANGLES;
 use steradian_base::{Elevation, Task};
+use steradian_prefilter::Apart;
+use steradian_prefilter::shrm::spectral_error::SpectralError;
 
 /// Candidate numbers of disks that are taken out of the light in addition to suns.
 const COUNTS: [usize; 4] = [8, 32, 64, 128];
@@ -53,13 +54,13 @@ impl Choice {
         limits: Limits,
     ) -> Self {
         let s = &material.slices;
-        let spectral_error = apart.spectral_error();
+        let spectral_error = SpectralError::of(&apart);
         // Where suns dominate the radiance, errors relative to it would bound those of the maps' own light
         // poorly.
         let parts = Scaled::totals(s, &spectral_error);
-        let least = |(part, total): (&f64, &f64)| part.max(LEAST * total).min(*total);
+        let least = |(part, total): (&f64, &f64)| part.max(Apart::LEAST * total).min(*total);
         let own: Vec<f64> = parts.iter().zip(totals).map(least).collect();
-        let goal = |(part, total): (&f64, &f64)| (rest * rest * part).max(LEAST * total).min(*total);
+        let goal = |(part, total): (&f64, &f64)| (rest * rest * part).max(Apart::LEAST * total).min(*total);
         let goals: Vec<f64> = parts.iter().zip(totals).map(goal).collect();
         let lenient = goals.iter().zip(&parts).any(|(goal, part)| *goal > 1.001 * part);
         let scaled = Scaled::new(s, &spectral_error, goals);
@@ -103,7 +104,7 @@ pub fn choose(
     let asked = |t: f64| (AMPLE[1] as f64 * (ASKED / t).min(1.0)) as usize;
     let ample = task.tolerance().map_or(AMPLE[0], asked).min(limits.bytes);
     let s = &material.slices;
-    let whole = Apart::suns(light, 0).spectral_error();
+    let whole = SpectralError::of(&Apart::suns(light, 0));
     let totals = Scaled::totals(s, &whole);
     let made = |apart: Apart, rest: f64| Choice::new(&totals, material, apart, rest, tolerance, limits);
     let most = if material.brdf.is_some() { p.lights.unwrap_or(usize::MAX) } else { 0 };

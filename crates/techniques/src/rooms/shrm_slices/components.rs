@@ -1,7 +1,7 @@
 //! Few maps for all elevations: principal components of the slices, azimuthal order by azimuthal order.
 //!
 //! Over all frames the light's rotated coefficients are uncorrelated
-//! ([`crate::shared::light::spectral_error`]), so that the rows κ_lq(θ_v), weighted by a light, form a matrix
+//! ([`steradian_prefilter::shrm::spectral_error`]), so that the rows κ_lq(θ_v), weighted by a light, form a matrix
 //! with entries κ_lq(θ_v) √(Σ_m L_lm²/(2l + 1)), one row for each elevation, for each q. Its singular vectors
 //! are the maps that represent all elevations to a given error with the fewest of them (Eckart & Young 1936):
 //! κ_lq(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq, r = 1 … R_q. The largest singular values of all q are taken until the
@@ -10,10 +10,10 @@
 //! fewest bytes.
 
 use super::scaled::{Scaled, both};
-use crate::shared::light::spectral_error;
 use std::f64::consts::PI;
 use steradian_numerics::eigen;
 use steradian_parallel::prelude::*;
+use steradian_prefilter::shrm::spectral_error;
 
 /// Shares of the squared tolerance for the errors of components, of truncation at F, and of lookups.
 const SHARES: [f64; 3] = [0.55, 0.1, 0.15];

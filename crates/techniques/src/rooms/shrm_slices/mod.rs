@@ -8,7 +8,7 @@
 //! k_lq(θ_v)/a(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq the fewest products that represent all elevations under the given
 //! light (`components`). The centre lies between the mirror direction and the middle of the lobe, where it
 //! needs few q, and the slices of all elevations are aligned. Suns, and as many small lights as the tolerance
-//! needs, are taken out of the light and shaded with the exact reflectance ([`crate::shared::light::apart`]).
+//! needs, are taken out of the light and shaded with the exact reflectance ([`steradian_prefilter::Apart`]).
 //! Approximated: F, Q, R_q, the lookups, each chosen by its exact error in the mean over frames. Radiance in
 //! W sr⁻¹ m⁻². Refused: anisotropic reflectance (but Kajiya–Kay and Banks's map, about the tangent), point
 //! lights.
@@ -26,7 +26,7 @@ mod tests;
 use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::light::exact::TurnedSuns;
-use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::light::sunlit_spectrum::{self, SunlitSpectrum};
 use crate::shared::material::kernels::{self, Kernels};
 use crate::shared::trials::lights;
 use crate::{
@@ -94,7 +94,7 @@ impl Technique for ShrmSlices {
     const EFFORT: f64 = 3.0;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<SunlitSpectrum, BakeError> {
-        SunlitSpectrum::bake(Self::CARD.slug, l, ORDER, task)
+        sunlit_spectrum::bake(Self::CARD.slug, l, ORDER, task)
     }
 
     fn material(m: &Material, p: &Params, task: &Task) -> Result<Kernels, BakeError> {

@@ -1,8 +1,8 @@
 //! Search for small disks whose removal from the light, in addition to suns, helps the slices most.
 
 use super::scaled::{Scaled, both};
-use crate::shared::light::apart::Apart;
 use steradian_base::{Cancelled, Task};
+use steradian_prefilter::Apart;
 use steradian_prefilter::MatchingPursuit;
 
 /// Angular radius of the disks, radians: a little less than the sun's, below what the highest band resolves.
@@ -42,11 +42,11 @@ pub fn pursue(
     most: usize,
     task: &Task,
 ) -> Result<MatchingPursuit, Cancelled> {
-    let light = &apart.rest.sh;
+    let light = &apart.rest;
     MatchingPursuit::new(light, &weights(scaled, light.order), RADIUS, most, task)
 }
 
 /// The first `count` disks of those found taken out too.
 pub fn with(apart: &Apart, found: &MatchingPursuit, count: usize) -> Apart {
-    apart.with(&found.small_lights(&apart.rest.sh, count))
+    apart.with(&found.small_lights(&apart.rest, count))
 }

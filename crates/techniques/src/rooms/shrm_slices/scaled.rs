@@ -1,8 +1,8 @@
 //! The reflectance's slices divided by their albedo, weighted by the light of the maps.
 
-use crate::shared::light::spectral_error::SpectralError;
 use std::f64::consts::PI;
 use steradian_brdf::central::{Centre, Slices};
+use steradian_prefilter::shrm::spectral_error::SpectralError;
 
 /// Views beyond this angle, radians, count little in the choice of orders: lobes degenerate at the horizon.
 const VIEWS: f64 = 1.5;

@@ -6,7 +6,6 @@ use super::bake::{HEAD, Level, MAX_ORDERS, SliceMaps, extent};
 use super::material::place;
 use crate::gpu::{Buffer, Entry, Uniform, Value};
 use crate::shared::light::exact::{self, TurnedSuns};
-use crate::shared::material::kernels::word;
 use crate::shared::maths::angle::angle;
 use crate::shared::maths::harmonics::{MAX_TERMS, frame, globe_uv};
 use crate::shared::maths::vector::dot;
@@ -156,7 +155,7 @@ pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &TurnedSuns) -> GpuTechnique {
         // Without any light; buffers must not be empty.
         maps.push(0.0);
     }
-    let counts = [s.levels.len(), s.elevations() - 1, word(s.centre) as usize, 0];
+    let counts = [s.levels.len(), s.elevations() - 1, s.centre.number() as usize, 0];
     let modules = DIRECTIONS.into_iter().chain([include_str!("shade.wgsl")]).map(Cow::from).collect();
     let technique = GpuTechnique {
         slug: ShrmSlices::CARD.slug,

@@ -1,25 +1,18 @@
 //! Small lights apart from what maps hold.
 //!
 //! An edge of the lobe, as at the horizon, has no end in frequency, and neither has a sun: no maps hold both.
-//! So suns ([`SunlitSpectrum`]) are taken out of the light and shaded with the exact reflectance
-//! ([`super::exact`]); maps hold what is left, whatever it is.
+//! So suns ([`SunlitSpectrum`]) are taken out of the light and shaded with the exact reflectance;
+//! maps hold what is left, whatever it is.
 
-use super::spectral_error::SpectralError;
-use super::spectrum::Spectrum;
-use super::sun::Sun;
-use super::sunlit_spectrum::SunlitSpectrum;
+use super::source::add_small_lights;
+use crate::{SmallLight, Sun, SunlitSpectrum};
 use glam::DVec3;
 use std::f64::consts::PI;
-use steradian_prefilter::SmallLight;
-use steradian_prefilter::source::add_small_lights;
+use steradian_sphere::sh::ShRgb;
 
 /// Texels of suns that are no wider than this, radians, and no farther from the strongest of them are merged
 /// into one disk.
 const NEAR: f64 = 0.02;
-
-/// In relative errors, the mean square radiance of the light without suns counts as no less than this part of
-/// that of all light.
-pub const LEAST: f64 = 1e-4;
 
 /// The suns that are shaded exactly, and the spectrum of all other light.
 #[derive(Debug, Clone)]
@@ -27,12 +20,16 @@ pub struct Apart {
     /// Suns, shaded with the exact reflectance.
     pub suns: Vec<Sun>,
     /// Spectrum of the light that maps hold.
-    pub rest: Spectrum,
+    pub rest: ShRgb,
     /// Mean square of a coefficient of `rest` beyond its bands, per channel.
     pub beyond: [f64; 3],
 }
 
 impl Apart {
+    /// In relative errors, the mean square radiance of the light without suns counts as no less than this
+    /// part of that of all light.
+    pub const LEAST: f64 = 1e-4;
+
     /// The strongest suns, up to `most`.
     pub fn suns(light: &SunlitSpectrum, most: usize) -> Self {
         let (suns, kept) = light.suns.split_at(most.min(light.suns.len()));
@@ -81,13 +78,8 @@ impl Apart {
         out
     }
 
-    /// The mean squares of `rest`, by which errors of maps are estimated.
-    pub fn spectral_error(&self) -> SpectralError {
-        SpectralError::new(&self.rest, self.beyond)
-    }
-
     fn count_beyond(&mut self, small_lights: &[SmallLight]) {
-        let last = self.rest.sh.order;
+        let last = self.rest.order;
         for b in small_lights {
             let spread = b.spread(last)[last];
             (0..3).for_each(|c| self.beyond[c] += (b.flux[c] * spread).powi(2) / (4.0 * PI));
@@ -96,9 +88,9 @@ impl Apart {
 
     fn take(&mut self, suns: &[Sun]) {
         let mut small_lights: Vec<SmallLight> =
-            suns.iter().flat_map(|s| s.small_lights(self.rest.sh.order)).collect();
+            suns.iter().flat_map(|s| s.small_lights(self.rest.order)).collect();
         small_lights.iter_mut().for_each(|b| b.flux = b.flux.map(|f| -f));
-        add_small_lights(&mut self.rest.sh, &small_lights);
+        add_small_lights(&mut self.rest, &small_lights);
     }
 }
 
@@ -117,10 +109,19 @@ fn one(parts: &[SmallLight]) -> SmallLight {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shared::trials::lights;
     use glam::DMat3;
     use steradian_base::Task;
-    use steradian_light::{DiskLight, Lights};
+    use steradian_light::{DiskLight, Environment, Lights};
+    use steradian_sphere::{Layout, SphereImage};
+
+    fn sky() -> Lights {
+        let radiance = |d: DVec3| {
+            let up = (0.5 + 0.5 * (2.0 * d.y).tanh()) as f32;
+            let side = (3.0 * (d.dot(DVec3::new(0.6, 0.5, 0.62)) - 1.0)).exp() as f32;
+            [0.15 + 0.35 * up + 2.0 * side, 0.12 + 0.5 * up + 1.7 * side, 0.1 + 0.9 * up + 1.2 * side]
+        };
+        Lights::from(Environment { image: SphereImage::from_fn(Layout::LatLong, 256, 128, radiance) })
+    }
 
     /// A sun in two halves becomes one disk of their flux about their middle; a texel elsewhere stays a sun
     /// of its own, or in the light; and disks and `rest` add up to the light.
@@ -129,9 +130,9 @@ mod tests {
         let up = |angle: f64| DMat3::from_rotation_x(angle) * DVec3::Y;
         let sun = |angle, radiance| DiskLight { direction: up(angle), angular_radius: 0.005, radiance };
         let disks = vec![sun(0.5, [3e4, 2e4, 1e4]), sun(0.51, [1e4, 2e4, 3e4]), sun(-1.0, [1e3; 3])];
-        let light = Lights { disks: disks.clone(), ..lights::smooth() };
-        let sky = SunlitSpectrum::bake("test", &light, 40, &Task::quiet()).expect("bakes");
-        let [one, two] = [1, 9].map(|most| Apart::round_suns(&sky, most));
+        let light = Lights { disks: disks.clone(), ..sky() };
+        let whole = SunlitSpectrum::new(&light, 40, &Task::quiet()).expect("not cancelled");
+        let [one, two] = [1, 9].map(|most| Apart::round_suns(&whole, most));
         assert_eq!((one.suns.len(), two.suns.len()), (1, 2));
         let Sun::Disk(disk) = &one.suns[0] else { panic!("a disk") };
         // Two like disks 0.01 apart: each is 0.005 off the middle.
@@ -142,15 +143,14 @@ mod tests {
             let parts = flux(&disks[0])[c] + flux(&disks[1])[c];
             assert!((flux(disk)[c] / parts - 1.0).abs() < 1e-9);
         }
-        let mut again = two.rest.sh.clone();
+        let mut again = two.rest.clone();
         add_small_lights(&mut again, &two.suns.iter().map(Sun::small_light).collect::<Vec<_>>());
-        let off =
-            again.c[0].iter().zip(&sky.spectrum.sh.c[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(off < 1e-9 * sky.spectrum.sh.c[0][0], "{off}");
+        let off = again.c[0].iter().zip(&whole.spectrum.c[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-9 * whole.spectrum.c[0][0], "{off}");
         // The low bands of `rest` are those of the sky alone.
-        let alone = SunlitSpectrum::bake("test", &lights::smooth(), 40, &Task::quiet()).expect("bakes");
-        let near = |k: usize| (two.rest.sh.c[1][k] - alone.spectrum.sh.c[1][k]).abs();
-        assert!((0..16).all(|k| near(k) < 1e-3 * alone.spectrum.sh.c[1][0]));
+        let alone = SunlitSpectrum::new(&sky(), 40, &Task::quiet()).expect("not cancelled");
+        let near = |k: usize| (two.rest.c[1][k] - alone.spectrum.c[1][k]).abs();
+        assert!((0..16).all(|k| near(k) < 1e-3 * alone.spectrum.c[1][0]));
         assert!(one.beyond[0] > two.beyond[0] * 0.999);
     }
 }

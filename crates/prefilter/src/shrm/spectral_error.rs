@@ -11,11 +11,11 @@
 //! weighted with Λ_l² = 4π/(2l + 1), truncation in p or q counts, and it is a mean over directions, not a
 //! bound at each.
 
-use crate::shared::light::spectrum::Spectrum;
-use crate::shared::material::kernels::turns;
+use super::resolution::linear;
+use crate::Apart;
 use std::f64::consts::PI;
 use steradian_brdf::central::Slices;
-use steradian_prefilter::shrm::resolution::linear;
+use steradian_sphere::sh::ShRgb;
 
 /// The light as the mean squares of its turned coefficients.
 #[derive(Debug, Clone)]
@@ -30,7 +30,7 @@ pub struct SpectralError {
 impl SpectralError {
     /// The errors of rows under a light with the mean square `far` of L'_lq per channel at every band beyond
     /// the spectrum's.
-    pub fn new(light: &Spectrum, far: [f64; 3]) -> Self {
+    pub fn new(light: &ShRgb, far: [f64; 3]) -> Self {
         let mean = light.mean_squares();
         let beyond = mean.each_ref().map(|m| {
             let mut sup = m.clone();
@@ -40,6 +40,11 @@ impl SpectralError {
             sup
         });
         Self { mean, beyond, far }
+    }
+
+    /// The errors of rows under the light that is left when suns are apart.
+    pub fn of(light: &Apart) -> Self {
+        Self::new(&light.rest, light.beyond)
     }
 
     /// Mean square of L'_lq in channel `c`.
@@ -55,7 +60,7 @@ impl SpectralError {
     }
 
     /// Estimated squared error of a slice from the energy beyond its orders F and Q: that energy times the
-    /// light's largest mean square there. The energy beyond Q is estimated ([`turns`]), and so is that beyond
+    /// light's largest mean square there. The energy beyond Q is estimated ([`Slices::beyond_azimuth`]), and so is that beyond
     /// the light's own bands.
     pub fn tail(&self, s: &Slices, slice: usize) -> f64 {
         let captured = s.captured(slice, s.order, s.azimuth);
@@ -66,7 +71,7 @@ impl SpectralError {
             // Energy below the accuracy of the quadrature counts as 0.
             let noise = s.energy[slice][c] * (4.0 * s.accuracy * s.accuracy).max(1e-9);
             let rest = (s.energy[slice][c] - captured[c] - noise).max(0.0);
-            let turns = turns(s, slice, c).min(rest);
+            let turns = s.beyond_azimuth(slice, c).min(rest);
             let rest = rest - turns;
             let sup = self.beyond[c].get(s.order + 1).copied();
             let beyond = match sup {

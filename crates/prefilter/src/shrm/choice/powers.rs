@@ -2,9 +2,8 @@
 //! any choice of orders follows.
 
 use super::scale::ScaleTable;
-use crate::certify::Report;
-use crate::shared::light::apart::LEAST;
-use crate::shared::light::spectral_error::{self, SpectralError};
+use crate::Apart;
+use crate::shrm::spectral_error::{self, SpectralError};
 use steradian_base::Elevation;
 use steradian_brdf::central::{Centre, Lpq, Slices};
 
@@ -39,7 +38,7 @@ impl Bands {
     /// Power of the radiance under the light that maps hold; errors in the choice of orders are relative to
     /// it.
     fn whole(&self) -> f64 {
-        (self.exact.iter().sum::<f64>() + self.tail).max(LEAST * self.total)
+        (self.exact.iter().sum::<f64>() + self.tail).max(Apart::LEAST * self.total)
     }
 
     /// Squared error of all bands.
@@ -68,6 +67,19 @@ impl Bands {
         let beyond: f64 = self.exact[f + 1..].iter().sum::<f64>() + self.tail;
         [within + beyond + scale * self.made[..=f].iter().sum::<f64>(), self.total]
     }
+}
+
+/// Estimated relative errors of an expansion with its truncation and its lookups.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Errors {
+    /// RMS over all views.
+    pub all: f64,
+    /// RMS over views up to 60° from the normal.
+    pub near: f64,
+    /// The largest of the elevations up to 60°, relative to the power of the light that maps hold.
+    pub beside_suns: f64,
+    /// Error by angle of view; empty about the tangent.
+    pub elevations: Vec<Elevation>,
 }
 
 /// The light in maps, and the mean square of all radiance at every elevation.
@@ -193,9 +205,8 @@ impl Powers {
         self.largest_of(f, h, scale, |b| b.total)
     }
 
-    /// The largest relative error of the elevations up to 60°, relative to the power of the light that maps
-    /// hold.
-    pub fn beside_suns(&self, f: usize, h: f64, scale: &ScaleTable) -> f64 {
+    /// See [`Errors::beside_suns`].
+    fn beside_suns(&self, f: usize, h: f64, scale: &ScaleTable) -> f64 {
         self.largest_of(f, h, scale, Bands::whole)
     }
 
@@ -205,7 +216,7 @@ impl Powers {
     }
 
     /// The error of every elevation and of their mean.
-    pub fn report(&self, f: usize, h: f64, scale: &ScaleTable, about_normal: bool) -> Report {
+    pub fn errors(&self, f: usize, h: f64, scale: &ScaleTable, about_normal: bool) -> Errors {
         let at = |b: &Bands| b.at(f, h, scale.square_error(b.theta_v));
         let (mut error, mut exact) = (0.0, 0.0);
         let mut near = (0.0, 0.0);
@@ -226,8 +237,12 @@ impl Powers {
             Elevation { beside_suns, ..Elevation::computed(theta_o, ratio(e, x).sqrt()) }
         };
         let elevations = if about_normal { ANGLES.map(elevation).to_vec() } else { Vec::new() };
-        Report::estimated(ratio(error, exact).sqrt(), elevations)
-            .detail("error of views up to 60 degrees", ratio(near.0, near.1).sqrt())
+        Errors {
+            all: ratio(error, exact).sqrt(),
+            near: ratio(near.0, near.1).sqrt(),
+            beside_suns: self.beside_suns(f, h, scale),
+            elevations,
+        }
     }
 
     /// Linear between the elevations around an angle.
