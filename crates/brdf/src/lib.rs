@@ -26,6 +26,8 @@ mod registry;
 mod scaled;
 mod shader;
 mod spec;
+mod symmetry;
+pub mod views;
 pub mod wgsl;
 mod width;
 
@@ -42,4 +44,5 @@ pub use peak::Peak;
 pub use registry::{measured_models, models, parse, parse_noting, parse_with, spec_without_folders};
 pub use scaled::Scaled;
 pub use shader::{ATAN2, BrdfShader, MAX_CELLS};
+pub use symmetry::Symmetry;
 pub use width::{width_names, with_widths};

@@ -14,6 +14,7 @@ pub mod probe;
 pub mod shrm;
 #[cfg(test)]
 mod small;
+mod view_image;
 
 pub use cube::{
     CubeArray, CubeMethod, EdgeCube, Filtered, Size, angular, cube_array, edge_cube, filter, filter::filter,
@@ -24,3 +25,4 @@ pub use kernel::{Cosine, FibreKernel, GgxMirror, Lobe, Power, Radial, Zonal, qua
 pub use light::{
     Apart, Cell, MatchingPursuit, Sampled, SmallLight, Source, Sun, SunlitSpectrum, Tree, source,
 };
+pub use view_image::ViewImage;

@@ -5,6 +5,5 @@ pub mod glossy;
 pub mod kernels;
 pub mod phong_lobe;
 pub mod reflectance;
-pub mod symmetry;
 pub mod view_table;
 pub mod views;

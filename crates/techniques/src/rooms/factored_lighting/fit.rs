@@ -2,13 +2,14 @@
 
 use super::maps::{CubeGrid, Tap, line_taps};
 use super::params::Params;
-use crate::shared::material::views::{Slices, ViewImage};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
+use steradian_brdf::views::Slices;
 use steradian_numerics::lsqr::{Rgb, Sparse};
 use steradian_numerics::products::Problem;
 use steradian_parallel::prelude::*;
+use steradian_prefilter::ViewImage;
 use steradian_prefilter::probe;
 use steradian_sphere::frame::reflect;
 use steradian_sphere::sh::ShRgb;

@@ -2,11 +2,11 @@
 
 use super::fit::{Layout, Samples, fit};
 use super::form::Form;
-use crate::shared::material::symmetry::Symmetry;
 use crate::shared::tables::grid::GridStack;
 use crate::shared::tables::hemisphere::Map;
 use crate::{BakeError, Material};
 use steradian_base::{ParamInfo, Task, params};
+use steradian_brdf::Symmetry;
 use steradian_numerics::lsqr::Rgb;
 
 /// Default number of entries a side.

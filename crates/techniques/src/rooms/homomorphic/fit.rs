@@ -1,12 +1,12 @@
 //! The logarithms of the factors by least squares over samples of the reflectance.
 
 use super::form::Form;
-use crate::shared::material::symmetry::Symmetry;
 use crate::shared::tables::hemisphere::{Azimuths, Map, Rows};
 use glam::DVec3;
 use std::f64::consts::TAU;
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::Brdf;
+use steradian_brdf::Symmetry;
 use steradian_numerics::lsqr::{Rgb, Sparse};
 use steradian_numerics::products::Problem;
 use steradian_parallel::prelude::*;

@@ -3,10 +3,10 @@ use super::form::Form;
 use super::shade;
 use crate::Material;
 use crate::local;
-use crate::shared::material::symmetry::Symmetry;
 use crate::shared::tables::hemisphere::Map;
 use glam::DVec3;
 use steradian_base::{ParamValues, Params as _, Task};
+use steradian_brdf::Symmetry;
 use steradian_brdf::{Brdf, parse};
 use steradian_numerics::lsqr::Sparse;
 

@@ -21,7 +21,7 @@ mod tests;
 use crate::certify::{self, Report};
 use crate::gpu::Uniform;
 use crate::shared::light::spectrum::Spectrum;
-use crate::shared::material::view_table::{self, Views};
+use crate::shared::material::view_table::Views;
 use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Parts,
@@ -87,7 +87,7 @@ impl Technique for PrtBrdf {
     }
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<Spectrum, BakeError> {
-        Spectrum::bake(Self::CARD.slug, l, view_table::ORDER, task)
+        Spectrum::bake(Self::CARD.slug, l, steradian_brdf::views::ORDER, task)
     }
 
     fn material(m: &Material, p: &Params, task: &Task) -> Result<Views, BakeError> {

@@ -4,13 +4,14 @@ use super::ReflectionSpaceIbr;
 use super::icosahedron::{VIEWS, vertex};
 use crate::certify::Report;
 use crate::shared::light::distant::DistantLight;
-use crate::shared::material::views::{MOST, Seen, ViewImage};
+use crate::shared::material::views::{MOST, Seen};
 use crate::shared::tables::chain::Chain;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Material, Part, Technique};
 use steradian_base::{ParamInfo, Task, params};
 use steradian_parallel::prelude::*;
+use steradian_prefilter::ViewImage;
 use steradian_prefilter::{Cosine, EdgeCube, filter, probe};
 use steradian_sphere::sh::ShRgb;
 

@@ -2,10 +2,10 @@
 
 use super::coordinates::{Coordinates, Form};
 use super::samples::Samples;
-use crate::shared::material::symmetry::Symmetry;
 use crate::shared::tables::grid::GridStack;
 use crate::{BakeError, Material};
 use steradian_base::{ParamInfo, Task, params};
+use steradian_brdf::Symmetry;
 use steradian_numerics::low_rank::Factors;
 
 /// Tolerance where the user gives none.

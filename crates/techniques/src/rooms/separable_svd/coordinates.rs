@@ -1,8 +1,8 @@
 //! The two directions that a pair of light and view becomes.
 
-use crate::shared::material::symmetry::Symmetry;
 use crate::shared::tables::hemisphere::{Azimuths, Map, Rows};
 use glam::DVec3;
+use steradian_brdf::Symmetry;
 
 /// Choice of x and y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

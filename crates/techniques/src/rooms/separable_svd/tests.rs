@@ -3,8 +3,8 @@ use super::samples::Samples;
 use super::{SeparableSvd, shade};
 use crate::Material;
 use crate::local::LocalTechnique;
-use crate::shared::material::symmetry::Symmetry;
 use steradian_base::{ParamValues, Params as _, Task};
+use steradian_brdf::Symmetry;
 use steradian_brdf::parse;
 
 const WARD: &str = "ward:ax=0.15,ay=0.4,variant=1992";

@@ -101,7 +101,7 @@ impl Technique for ShBrdf {
     type Frame = Frame;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<SunlitSpectrum, BakeError> {
-        sunlit_spectrum::bake(Self::CARD.slug, l, view_table::ORDER, task)
+        sunlit_spectrum::bake(Self::CARD.slug, l, steradian_brdf::views::ORDER, task)
     }
 
     fn material(m: &Material, p: &Params, task: &Task) -> Result<Views, BakeError> {

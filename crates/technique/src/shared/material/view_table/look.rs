@@ -1,7 +1,8 @@
 //! Lookups of points in a table: the four texels around each view, and their weights.
 
+use super::ViewTable;
 use super::vectors::{SIDE, Vectors, Xyz};
-use super::{ViewTable, lattice};
+use steradian_brdf::views::paraboloid::lattice;
 use steradian_simd::{Arch, Single, Vector};
 
 /// Lookups of sixteen points.

@@ -12,14 +12,12 @@
 //! a quarter between 88° and 90°.
 
 mod energy;
-mod fill;
 mod frames;
 mod kernel;
 mod local;
 mod look;
 mod part;
 mod places;
-mod rule;
 mod shorts;
 mod sites;
 #[cfg(test)]
@@ -28,13 +26,11 @@ mod vectors;
 mod wgsl;
 mod world;
 
-pub use energy::{Energies, ORDER};
 pub use frames::SiteFrames;
 pub use kernel::{LightLanes, shade, shade_places};
 pub use local::{LocalLight, MOST_BANDS, shade_local};
 pub use part::Views;
 pub use places::{MOST_NODES, PLANE, Places};
-pub use rule::{Projection, Rule};
 pub use sites::shade_sites;
 pub use wgsl::{
     fixed_modules, light_uniforms, local_modules, modules, place_modules, site_modules, views_buffer,
@@ -47,14 +43,10 @@ use glam::DVec3;
 use shorts::Shorts;
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::Brdf;
+use steradian_brdf::views::paraboloid::{GRAZING, LEAST_POLE, Layout, fill, lattice, pole};
 
 /// Fewest and most bands.
 pub const BANDS: [usize; 2] = [3, 15];
-/// Least n·wo at which reflectance is evaluated: some models grow without bound towards 0.
-const GRAZING: f64 = 1e-3;
-/// Lowest power of n·wo that is factored out: its integral against the cosine is still finite.
-const LEAST_POLE: f64 = -2.0;
-
 /// Coefficients over the view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewTable {
@@ -82,12 +74,6 @@ fn stride(bands: usize) -> usize {
     (bands * bands).next_multiple_of(16)
 }
 
-/// Lattice of the texels' samples: reach of the outer ones, and the distance between two.
-fn lattice(size: usize) -> [f64; 2] {
-    let h = 2.0 / (size - 3) as f64;
-    [1.0 + h, h]
-}
-
 impl ViewTable {
     /// Bytes that [`ViewTable::bake`] needs.
     pub fn need(bands: usize, size: usize) -> u64 {
@@ -108,14 +94,15 @@ impl ViewTable {
             channels: 3,
             tint: [1.0; 3],
             // The lowest power of all is factored out of every table; lookups multiply it back.
-            pole: brdfs.iter().map(|b| fill::pole(*b)).fold(0.0, f64::min) as f32,
+            pole: brdfs.iter().map(|b| pole(*b)).fold(0.0, f64::min) as f32,
             stride: stride(bands),
             data: Aligned::default(),
             shorts: None,
         };
         let mut data = Vec::new();
         for brdf in brdfs {
-            data.extend(fill::fill(*brdf, &rgb, task)?);
+            let layout = Layout { bands, size, stride: rgb.stride, pole: rgb.pole };
+            data.extend(fill(*brdf, layout, task)?);
         }
         rgb.data = Aligned::from(&data[..]);
         Ok(rgb.condensed())

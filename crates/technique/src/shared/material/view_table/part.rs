@@ -1,10 +1,11 @@
 //! The reflectance's factor of techniques that shade by a table of views.
 
-use super::{Energies, Places, ViewTable};
+use super::{Places, ViewTable, energy};
 use crate::shared::material::reflectance;
 use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Material, Part};
 use steradian_base::Task;
+use steradian_brdf::views::Energies;
 use steradian_brdf::{Brdf, SharedBrdf};
 
 /// The reflectance and its table.
@@ -36,7 +37,7 @@ impl Views {
         if halves {
             table.halve();
         }
-        let energies = Energies::new(&*m.brdf, &table, task)?;
+        let energies = Energies::new(&*m.brdf, bands, |wo| table.lookup(wo), task)?;
         Ok(Self { table, energies, brdf: m.brdf.clone(), places: None })
     }
 
@@ -59,7 +60,7 @@ impl Views {
         if halves {
             table.halve();
         }
-        let energies = Energies::of_all(&all, &table, task)?;
+        let energies = Energies::of_all(&all, bands, |k, wo| table.lookup_of(k, wo), task)?;
         Ok(Self { table, energies, brdf: m.brdf.clone(), places: Some(places) })
     }
 }
@@ -67,7 +68,7 @@ impl Views {
 impl Part for Views {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         self.table.save(to, prefix);
-        self.energies.save(to, prefix);
+        energy::save(&self.energies, to, prefix);
         reflectance::put(to, &format!("steradian.{prefix}.brdf"), &*self.brdf);
         if let Some(places) = &self.places {
             places.save(to, prefix);
@@ -82,7 +83,7 @@ impl Part for Views {
         Ok(Self {
             table,
             places,
-            energies: Energies::load(from, prefix)?,
+            energies: energy::load(from, prefix)?,
             brdf: reflectance::kept(from, &format!("steradian.{prefix}.brdf"))?,
         })
     }

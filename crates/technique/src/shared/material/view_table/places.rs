@@ -6,13 +6,13 @@
 //! bilinear between the four, nodes around q. A texture holds where texels lie among the nodes; under a
 //! footprint it is averaged, that is the logarithms of the widths are.
 
-use super::fill::ring;
-use super::{Projection, Rule};
 use crate::BakeError;
 use crate::shared::surface::texels::TextureLayers;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
+use steradian_brdf::views::paraboloid::ring;
+use steradian_brdf::views::{Projection, Rule};
 use steradian_brdf::{Brdf, SharedBrdf, with_widths};
 use steradian_parallel::prelude::*;
 use steradian_scene::surface::{Texture, Wrap};

@@ -2,10 +2,11 @@
 //! arrays with constant indices stay in registers.
 
 use super::kernel::LightLanes;
-use super::{Places, ViewTable, lattice};
+use super::{Places, ViewTable};
 use crate::gpu::{Buffer, Numbers, Uniform, Value};
 use std::borrow::Cow;
 use std::fmt::Write;
+use steradian_brdf::views::paraboloid::lattice;
 use steradian_sphere::sh::Exchange;
 
 const FRAME: &str = include_str!("frame.wgsl");

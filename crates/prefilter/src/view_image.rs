@@ -1,12 +1,21 @@
-//! One view's outgoing radiance over all normals that face it.
+//! The exact outgoing radiance of any isotropic reflectance, seen along one view: STAR04 eq. 32.
+//!
+//! With the reflectance's coefficients g_lm(θ_v) ([`Slices`]) and the light's coefficients L_lm in the frame
+//! of the direction to the viewer,
+//!
+//! > **L_o(n(θ_v, β)) = Σ_m Σ_l g_lm(θ_v) (L_lm cos mβ + L_l,−m sin mβ)**, m = 0 … F
+//!
+//! (Ramamoorthi & Hanrahan 2002, eqs 5.8–5.10 with the view in place of the reflection as centre, where φ_o
+//! needs no expansion.) Each view costs one rotation of the light's coefficients and a sum over l per
+//! elevation.
 
-use super::Slices;
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
+use steradian_brdf::views::Slices;
 use steradian_sphere::sh::{Rotation, ShRgb, index};
 
 /// A frame whose z axis is `view`.
-pub fn frame(view: DVec3) -> DMat3 {
+fn frame(view: DVec3) -> DMat3 {
     let f = steradian_sphere::Frame::from_normal(view);
     DMat3::from_cols(f.t, f.b, f.n)
 }
@@ -34,7 +43,7 @@ impl ViewImage {
     /// The view towards unit `view` under `light` (coefficients over the world, of at least the slices'
     /// order).
     pub fn new(slices: &Slices, light: &ShRgb, view: DVec3) -> Self {
-        let order = slices.order;
+        let order = slices.order();
         let frame = frame(view);
         let seen = Rotation::new(order, frame.transpose()).apply_rgb(light);
         let mut rows = Vec::with_capacity(slices.elevations() * (order + 1));
@@ -63,7 +72,7 @@ impl ViewImage {
                 at += order + 1 - m;
             }
         }
-        Self { order, intervals: slices.intervals, frame, rows }
+        Self { order, intervals: slices.elevations() - 1, frame, rows }
     }
 
     /// L_o where the view is mirrored into `r` (any unit direction): the normal is half-way between.

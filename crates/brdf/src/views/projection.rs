@@ -5,10 +5,10 @@
 //! ridge about an axis in the surface (brushed metal), that axis: in both frames the hemisphere is a
 //! rectangle of the two angles, and narrow features lie along a coordinate line.
 
+use crate::central::Polar;
+use crate::{Brdf, Domain, Lobe};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
-use steradian_brdf::central::Polar;
-use steradian_brdf::{Brdf, Domain, Lobe};
 use steradian_sphere::quadrature::gauss_legendre;
 use steradian_sphere::sh::{Rotation, count};
 
@@ -230,6 +230,77 @@ impl Plan<'_> {
                 self.thetas.push((FRAC_PI_2, clamped(width)));
             }
             Lobe::Cone { .. } | Lobe::Arc { .. } => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parse;
+    use steradian_sphere::sh;
+
+    fn views() -> Vec<DVec3> {
+        let at = |k: usize| {
+            let z = 1.0 - 0.9 * ((k as f64 + 0.5) / 24.0);
+            let (s, phi) = ((1.0 - z * z).sqrt(), 2.4 * k as f64);
+            DVec3::new(s * phi.cos(), s * phi.sin(), z)
+        };
+        (0..24).map(at).collect()
+    }
+
+    fn off(a: &[Vec<f64>; 3], b: &[Vec<f64>; 3]) -> f64 {
+        let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+            (0..3).flat_map(|c| a[c].iter().zip(&b[c])).map(|(a, b)| f(*a, *b)).sum()
+        };
+        (sum(&|a, b| (a - b).powi(2)) / sum(&|_, b| b * b)).sqrt()
+    }
+
+    /// Lambert's coefficients are A_l Y_l0(n)/π · albedo, whatever the view.
+    #[test]
+    fn lambert_s_coefficients_are_those_of_the_cosine() {
+        let brdf = parse("lambert:albedo=0.8/0.5/0.2").unwrap();
+        let a = sh::zonal::cosine(6);
+        for wo in views() {
+            let p = Rule::new(6).project(&*brdf, wo);
+            for l in 0..=6usize {
+                let y = ((2 * l + 1) as f64 / (4.0 * PI)).sqrt();
+                for m in -(l as isize)..=l as isize {
+                    let want = if m == 0 { 0.8 / PI * a[l] * y } else { 0.0 };
+                    assert!((p.c[0][sh::index(l, m)] - want).abs() < 1e-7, "{l} {m}");
+                }
+            }
+            assert!((p.energy[1] - 0.25 / (PI * PI) * 2.0 * PI / 3.0).abs() < 1e-7);
+        }
+    }
+
+    /// The usual rule against one of twice as many nodes on panels half as long, for smooth, glossy, brushed and
+    /// mirror-like reflectance; and against the adaptive integral of the albedo.
+    #[test]
+    fn the_rule_is_exact() {
+        for (spec, most) in [
+            ("ggx:alpha=0.3,f0=0.9", 1e-5),
+            ("ggx:alpha=0.02,f0=0.9", 2e-4),
+            ("ggx:ax=0.1,ay=0.4,f0=0.9", 2e-4),
+            ("ashikhmin-shirley:nu=12,nv=4", 3e-4),
+            ("ashikhmin-shirley:nu=10,nv=1000", 1e-3),
+            ("ward:ax=0.1,ay=0.3,rs=0.5,rd=0.2", 3e-4),
+            ("poulin-fournier:n=20,d=3,h=0.3", 3e-3),
+            ("kajiya-kay:s=16", 1e-4),
+            ("phong-map:n=50", 1e-4),
+            ("oren-nayar:sigma=0.5", 1e-3),
+        ] {
+            let Ok(brdf) = parse(spec) else { panic!("{spec}: {:?}", parse(spec).err()) };
+            let (usual, fine) = (Rule::new(4), Rule::with_nodes(4, 13.0));
+            let mut worst = [0.0f64; 2];
+            for wo in views() {
+                let (a, b) = (usual.project(&*brdf, wo), fine.project(&*brdf, wo));
+                worst[0] = worst[0].max(off(&a.c, &b.c));
+                let albedo = crate::albedo::directional(&*brdf, wo, 1e-6);
+                worst[1] = worst[1].max((a.c[1][0] * (4.0 * PI).sqrt() / albedo[1] - 1.0).abs());
+            }
+            println!("{spec}: {worst:?}");
+            assert!(worst[0] < most && worst[1] < 10.0 * most, "{spec}: {worst:?}");
         }
     }
 }

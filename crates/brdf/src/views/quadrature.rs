@@ -1,11 +1,11 @@
 //! g_lm of one elevation by quadrature in rings about the view, cut at the horizon and graded around the
 //! lobes.
 
-use super::half_count;
+use super::slices::half_count;
+use crate::central::Polar;
+use crate::{Brdf, Domain, Lobe};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
-use steradian_brdf::central::Polar;
-use steradian_brdf::{Brdf, Domain, Lobe};
 use steradian_simd::{Arch, Kernel};
 use steradian_sphere::quadrature::gauss_legendre;
 

@@ -1,38 +1,16 @@
-//! The exact outgoing radiance of any isotropic reflectance, seen along one view: STAR04 eq. 32.
+//! An isotropic reflectance seen along one view.
 //!
 //! About the direction to the viewer as polar axis, an isotropic f_cos of the normal at (θ_v, β) is that of
-//! the normal at (θ_v, 0) turned by β, and even in the azimuth. With its real coefficients
+//! the normal at (θ_v, 0) turned by β, and even in the azimuth. [`Slices`] are its real coefficients
 //!
-//! > g_lm(θ_v) = ∫ f_cos(wi, wo; n(θ_v, 0)) Y_lm(wi) dwi, m ≥ 0
-//!
-//! and the light's coefficients L_lm in the same frame,
-//!
-//! > **L_o(n(θ_v, β)) = Σ_m Σ_l g_lm(θ_v) (L_lm cos mβ + L_l,−m sin mβ)**, m = 0 … F
-//!
-//! (Ramamoorthi & Hanrahan 2002, eqs 5.8–5.10 with the view in place of the reflection as centre, where φ_o
-//! needs no expansion.) The coefficients know no light; each view costs one rotation of the light's
-//! coefficients and a sum over l per elevation. [`Slices`] holds g, [`ViewImage`] one view, [`Seen`] a
-//! material.
+//! > g_lm(θ_v) = ∫ f_cos(wi, wo; n(θ_v, 0)) Y_lm(wi) dwi, m ≥ 0.
 
-mod image;
-mod quadrature;
-mod seen;
-#[cfg(test)]
-mod tests;
-
-pub use image::{ViewImage, frame};
-pub use seen::Seen;
-
-use crate::Part;
-use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
+use super::quadrature;
+use crate::{Brdf, Domain, Lobe};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_base::{Cancelled, Task};
-use steradian_brdf::{Brdf, Domain, Lobe};
 use steradian_parallel::prelude::*;
-
-/// Highest order that techniques use; the light's spectrum must reach it.
-pub const MOST: usize = 96;
 
 /// Fewest elevations, less one.
 const LEAST_INTERVALS: usize = 32;
@@ -139,10 +117,24 @@ impl Slices {
         self.g.iter().flatten().all(|x| *x == 0.0)
     }
 
-    /// g of elevation `j`, m by m.
-    fn at(&self, j: usize) -> &[[f32; 3]] {
+    /// g of elevation `j`, m by m: m = 0 … F, then l = m … F.
+    pub fn at(&self, j: usize) -> &[[f32; 3]] {
         let n = half_count(self.order);
         &self.g[j * n..(j + 1) * n]
+    }
+
+    /// g of all elevations, one after the other.
+    pub fn coefficients(&self) -> &[[f32; 3]] {
+        &self.g
+    }
+
+    /// Slices of [`Slices::coefficients`] at so many elevations, without an account of what is missing;
+    /// `None` where these are not theirs.
+    pub fn from_coefficients(order: usize, elevations: usize, g: Vec<[f32; 3]>) -> Option<Self> {
+        let whole = elevations >= 5 && g.len() == elevations * half_count(order);
+        let intervals = elevations.saturating_sub(1);
+        let made = Self { order, intervals, g, diffuse: [0.0; 3], missing: 0.0, blur: 0.0 };
+        whole.then_some(made)
     }
 }
 
@@ -164,7 +156,6 @@ fn missing(slices: &[quadrature::Slice], order: usize, light: impl Fn(usize) -> 
     if seen + lost > 0.0 { lost / (seen + lost) } else { 0.0 }
 }
 
-/// Coefficients of the last band at most, relative to the first: cut off above it, the lobe would ring and go
 /// Largest coefficients of the last band, relative to the first: with larger ones the truncated lobe would
 /// ring and become negative.
 const LAST: f64 = 0.01;
@@ -216,30 +207,35 @@ pub fn lambertian_part(brdf: &dyn Brdf) -> [f64; 3] {
     least.map(|f| if f.is_finite() { f.max(0.0) } else { 0.0 })
 }
 
-impl Part for Slices {
-    fn save(&self, to: &mut TensorFile, prefix: &str) {
-        let shape = vec![self.elevations(), half_count(self.order), 3];
-        put_f32(to, format!("{prefix}.slices"), shape, self.g.concat());
-        let [r, g, b] = self.diffuse;
-        let split = vec![self.order as f64, self.missing, self.blur, r, g, b];
-        put_f64(to, format!("{prefix}.split"), vec![6], split);
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn brdf(spec: &str) -> crate::SharedBrdf {
+        crate::parse(spec).expect(spec)
     }
 
-    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
-        let name = format!("{prefix}.split");
-        let (_, v) = get_f64(from, &name, 1)?;
-        let [order, missing, blur, r, g, b] = v[..] else { return Err(PartError::Unexpected(name)) };
-        let order = if (0.0..=MOST as f64).contains(&order) { order as usize } else { 0 };
-        let name = format!("{prefix}.slices");
-        let (shape, v) = get_f32(from, &name, 3)?;
-        if shape[0] < 5 || shape[1] != half_count(order) || shape[2] != 3 {
-            return Err(PartError::Unexpected(name));
+    /// Under constant light nothing but g_00 counts: the albedo.
+    #[test]
+    fn the_first_coefficient_is_the_albedo() {
+        let slices = Slices::of_order(&*brdf("lambert:albedo=0.5"), [0.0; 3], 16, &Task::quiet()).unwrap();
+        for j in [0, 7, 20, 32] {
+            let albedo = f64::from(slices.at(j)[0][0]) * (4.0 * PI).sqrt();
+            assert!((albedo - 0.5).abs() < 5e-6, "{j}: {albedo}");
         }
-        let diffuse = [r, g, b];
-        Ok(Self { order, intervals: shape[0] - 1, g: v.as_chunks().0.to_vec(), diffuse, missing, blur })
     }
 
-    fn bytes(&self) -> usize {
-        12 * self.g.len()
+    #[test]
+    fn the_order_follows_from_the_tolerance_and_lambert_splits_off_whole() {
+        let task = Task::quiet();
+        let of = |spec| {
+            let b = brdf(spec);
+            Slices::bake(&*b, lambertian_part(&*b), 0.01, 96, &task).unwrap()
+        };
+        let (sharp, smooth) = (of("phong-map:n=100"), of("phong-map:n=5"));
+        assert!(smooth.order < sharp.order && sharp.missing < 1e-4, "{} {}", smooth.order, sharp.order);
+        let lambert = of("lambert:albedo=0.8/0.5/0.2");
+        assert!(lambert.g.iter().flatten().all(|g| g.abs() < 1e-7));
+        assert!((lambert.diffuse[1] - 0.5 / PI).abs() < 1e-12);
     }
 }

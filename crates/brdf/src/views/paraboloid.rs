@@ -1,18 +1,44 @@
-//! The texels of a table.
+//! The coefficients of f_cos at views on the paraboloid (x, y)/(1 + z), in a lattice of texels that reaches one
+//! beyond the rim.
 
-use super::{GRAZING, LEAST_POLE, Rule, ViewTable, lattice};
+use super::Rule;
+use crate::Brdf;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 use steradian_base::{Cancelled, Task};
-use steradian_brdf::Brdf;
 use steradian_parallel::prelude::*;
 use steradian_sphere::sh::index;
 
 /// Coefficients by channel.
 type Rgb = [Vec<f64>; 3];
 
-/// All texels, channel by channel.
-pub(super) fn fill(brdf: &dyn Brdf, t: &ViewTable, task: &Task) -> Result<Vec<f32>, Cancelled> {
+/// Least n·wo at which reflectance is evaluated: some models grow without bound towards 0.
+pub const GRAZING: f64 = 1e-3;
+/// Lowest power of n·wo that is factored out: its integral against the cosine is still finite.
+pub const LEAST_POLE: f64 = -2.0;
+
+/// Reach of the outer samples of `size`² texels, and the distance between two.
+#[inline]
+pub fn lattice(size: usize) -> [f64; 2] {
+    let h = 2.0 / (size - 3) as f64;
+    [1.0 + h, h]
+}
+
+/// What texels hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layout {
+    /// Bands of the harmonics.
+    pub bands: usize,
+    /// Texels along an edge.
+    pub size: usize,
+    /// Numbers from channel to channel: bands² at least.
+    pub stride: usize,
+    /// The power of n·wo that is divided out ([`pole`]).
+    pub pole: f32,
+}
+
+/// All texels row by row, channel by channel.
+pub fn fill(brdf: &dyn Brdf, t: Layout, task: &Task) -> Result<Vec<f32>, Cancelled> {
     let [reach, h] = lattice(t.size);
     let source = Source::new(brdf, t, task)?;
     let fold = if brdf.is_isotropic() { [false; 2] } else { mirrors(brdf) };
@@ -62,7 +88,7 @@ fn mirrors(brdf: &dyn Brdf) -> [bool; 2] {
 
 /// Fills in the texels whose mirror images were computed: x → −x makes cos mφ (−1)^m of itself and sin mφ
 /// −(−1)^m, y → −y changes the sign of the sines.
-fn unfold(data: &mut [f32], t: &ViewTable, [x, y]: [bool; 2]) {
+fn unfold(data: &mut [f32], t: Layout, [x, y]: [bool; 2]) {
     let (n, len) = (t.size, 3 * t.stride);
     let mut sign = vec![[1.0f32; 2]; t.bands * t.bands];
     for l in 0..t.bands {
@@ -94,7 +120,7 @@ fn unfold(data: &mut [f32], t: &ViewTable, [x, y]: [bool; 2]) {
 /// logarithm of its integral over wi from a quarter of [`GRAZING`] to that, if at least half of it is still
 /// there up to four times [`GRAZING`]: Ward's model of 1992 has p = −1/2 only where n·wo is far below its
 /// widths, and a table without the power is off by 60 % beyond 89.2°.
-pub(super) fn pole(brdf: &dyn Brdf) -> f64 {
+pub fn pole(brdf: &dyn Brdf) -> f64 {
     let rule = Rule::new(0);
     let all = |z: f64| {
         let views = ring(brdf, z.acos());
@@ -116,7 +142,7 @@ struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    fn new(brdf: &'a dyn Brdf, t: &ViewTable, task: &Task) -> Result<Self, Cancelled> {
+    fn new(brdf: &'a dyn Brdf, t: Layout, task: &Task) -> Result<Self, Cancelled> {
         let mut out = Self { brdf, rule: Rule::new(t.bands - 1), pole: f64::from(t.pole), radius: None };
         if brdf.is_isotropic() {
             let steps = t.size;
@@ -168,7 +194,7 @@ impl<'a> Source<'a> {
 }
 
 /// The view at a point of the paraboloid, no lower than [`GRAZING`].
-pub(super) fn view(x: f64, y: f64) -> DVec3 {
+pub fn view(x: f64, y: f64) -> DVec3 {
     let r2 = x * x + y * y;
     let z = ((1.0 - r2) / (1.0 + r2)).max(GRAZING);
     if r2 == 0.0 {
@@ -211,7 +237,7 @@ fn turned(mut c: Rgb, phi: f64) -> Rgb {
 }
 
 /// Views between texels, at an angle from the normal: at five azimuths, or one for isotropic reflectance.
-pub(super) fn ring(brdf: &dyn Brdf, theta: f64) -> Vec<DVec3> {
+pub fn ring(brdf: &dyn Brdf, theta: f64) -> Vec<DVec3> {
     let n = if brdf.is_isotropic() { 1 } else { 5 };
     let at = |k: usize| {
         let phi = FRAC_PI_2 * (k as f64 + 0.37) / n as f64 + 0.2;

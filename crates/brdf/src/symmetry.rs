@@ -1,7 +1,7 @@
 //! Symmetries of a reflectance.
 
+use crate::Brdf;
 use glam::{DVec2, DVec3};
-use steradian_brdf::Brdf;
 use steradian_sphere::sampling::{R2, hemisphere};
 
 /// Transformations of both directions that leave f unchanged.
@@ -48,7 +48,7 @@ impl Symmetry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use steradian_brdf::parse;
+    use crate::parse;
 
     #[test]
     fn symmetries_of_models() {
