@@ -10,6 +10,7 @@ mod image;
 mod kernel;
 mod light;
 pub mod methods;
+pub mod order;
 pub mod probe;
 pub mod shrm;
 #[cfg(test)]

@@ -5,8 +5,8 @@
 //! that the tolerance needs is beyond the spectrum, direction by direction as a whole ([`crate::angular`]).
 
 use super::edge_cube::{self, EdgeCube};
-use crate::image::{Row, at_points, smallest_order};
-use crate::{SmallLight, Source, Tree, Zonal, angular, probe};
+use crate::image::{Row, at_points};
+use crate::{SmallLight, Source, Tree, Zonal, angular, order, probe};
 use glam::DVec3;
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
@@ -75,7 +75,9 @@ pub fn filter_within(
 ) -> Result<Filtered, Cancelled> {
     task.check()?;
     let k = kernel.coefficients(source.order() + 64);
-    let (order, tail) = order(source, &k, 0.25 * tolerance);
+    // The brightest texels are summed apart.
+    let squares: Vec<f64> = k.iter().map(|k| k * k).collect();
+    let (order, tail) = order::of_source(source, &squares, 0.0, 0.25 * tolerance);
     let most = ((direct as f64 / 6.0).sqrt() as usize).saturating_sub(1).max(4);
     let few = match size {
         Size::Fixed(n) if n > most => None,
@@ -104,31 +106,10 @@ pub fn filter_within(
     Ok(Filtered { cube, way: CubeMethod::Frequency { order }, tail, interpolation, clipped })
 }
 
-/// [`smallest_order`] of the light without its brightest texels, relative to the energy of the result.
-fn order(source: &Source, k: &[f64], tolerance: f64) -> (usize, f64) {
-    let top = source.order();
-    let result: f64 = (0..=top).map(|l| k[l] * k[l] * source.bands[l]).sum();
-    let bands: Vec<f64> = (0..=top).map(|l| band(&source.spectrum, l)).collect();
-    smallest_order(k, &bands, source.base_energy, result, tolerance)
-}
-
-fn band(sh: &ShRgb, l: usize) -> f64 {
-    sh.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]).map(|x| x * x).sum()
-}
-
 /// Cube size, and the relative RMS error of bilinear lookup that it gives.
-///
-/// Linear interpolation of a wave of wavenumber l over spacing h has RMS error (l h)²/√120 of the wave's
-/// (from e(x) = ½ x(h − x) l², mean square h⁴/120), and no more than about 1.
 fn resolution(source: &Source, k: &[f64], size: Size, tolerance: f64) -> (usize, f64) {
     let energy: Vec<f64> = source.bands.iter().zip(k).map(|(b, k)| b * k * k).collect();
-    let all: f64 = energy.iter().sum();
-    let error = |size: usize| {
-        let h = edge_cube::spacing(size);
-        let wave = |l: usize| (l as f64 * h).powi(4) / 120.0;
-        let lost: f64 = energy.iter().enumerate().map(|(l, e)| wave(l).min(1.0) * e).sum();
-        if all > 0.0 { (lost / all).sqrt() } else { 0.0 }
-    };
+    let error = |size: usize| edge_cube::lookup_error(&energy, size);
     match size {
         Size::Fixed(n) => (n.max(1), error(n.max(1))),
         Size::UpTo(n) => {

@@ -2,40 +2,17 @@
 
 use crate::Sampled;
 use crate::light::sampled::MAX_ORDER;
+use crate::order::{Energies, smallest_order};
 use std::f64::consts::PI;
-
-/// The smallest order whose bound of the relative RMS error is at most `limit` (or all bands), and that
-/// bound.
-///
-/// The energy in bands above F is at most max_{l>F}|k_l|² (∫base² − Σ_{l≤F} base_l²) (Ramamoorthi & Hanrahan
-/// 2002, eq. 5.19 in spirit); it is compared with the energy `result` of the filtered light. `bands` has the
-/// energy of the light's bands, all that are known, and `base` its whole energy.
-pub(crate) fn smallest_order(k: &[f64], bands: &[f64], base: f64, result: f64, limit: f64) -> (usize, f64) {
-    if result <= 0.0 {
-        return (0, 0.0);
-    }
-    // peak[l] = max over l' > l of |k_l'|: kernels fall, but for ripples that this takes care of.
-    let mut peak = vec![0.0_f64; k.len().max(bands.len())];
-    for l in (1..k.len()).rev() {
-        peak[l - 1] = peak[l].max(k[l].abs());
-    }
-    let (mut left, mut tail) = (base, 0.0);
-    for (l, band) in bands.iter().enumerate() {
-        left = (left - band).max(0.0);
-        tail = (peak[l].powi(2) * left / result).sqrt();
-        if tail <= limit {
-            return (l, tail);
-        }
-    }
-    (bands.len().saturating_sub(1), tail)
-}
 
 /// [`smallest_order`] of `light`. Errors are relative to the result of the kernel `whole`, of which `k` may
 /// be a part, without the brightest texels: they fill little of the map.
 pub(crate) fn order(light: &Sampled, k: &[f64], whole: &[f64], limit: f64) -> (usize, f64) {
     let bands = &light.base_bands()[..=light.order()];
     let result: f64 = whole.iter().zip(light.base_bands()).map(|(k, b)| k * k * b).sum();
-    smallest_order(k, bands, light.base_energy(), result, limit)
+    let kernel: Vec<f64> = k.iter().map(|k| k * k).collect();
+    let whole = light.base_energy();
+    smallest_order(&Energies { kernel: &kernel, bands, whole, flux2: 0.0, result }, limit)
 }
 
 /// Part of the tolerance allowed to the bright texels' bands that are left out.

@@ -9,7 +9,6 @@ pub(crate) mod rows;
 mod synthesis;
 mod texel_sums;
 
-pub(crate) use bands::smallest_order;
 pub(crate) use rows::Row;
 pub(crate) use synthesis::{at_points, precision, synthesize};
 

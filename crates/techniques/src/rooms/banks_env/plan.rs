@@ -1,9 +1,9 @@
 //! Number of slices, bands and texels that the tolerance needs.
 
 use super::fibre::Fibre;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 use steradian_parallel::prelude::*;
-use steradian_prefilter::{Source, edge_cube};
+use steradian_prefilter::{Source, edge_cube, order};
 
 /// Fewest and most slices over α = 0 … π/2, where the user gives no number.
 const LEAST: usize = 5;
@@ -92,7 +92,8 @@ impl Plan {
         let needed = (FRAC_PI_2 * (curvature / (PARTS[1] * tolerance)).sqrt()).ceil() as usize + 1;
         let slices = if slices > 0 { slices } else { needed.clamp(LEAST, MOST) };
         let between = curvature * alpha(1, slices).powi(2);
-        let (order, tail) = order(source, &energy, PARTS[0] * tolerance);
+        let flux2: f64 = source.small_lights.iter().flat_map(|b| b.flux).map(|f| f * f).sum();
+        let (order, tail) = order::of_source(source, &energy, flux2, PARTS[0] * tolerance);
         let blur =
             if tail > tolerance { -2.0 * tolerance.ln() / (top * (top + 1)).max(1) as f64 } else { 0.0 };
         let (size, bilinear) = resolution(source, &energy, size, PARTS[2] * tolerance);
@@ -105,46 +106,10 @@ impl Plan {
     }
 }
 
-/// The smallest order whose tail is at most `limit` (or the whole spectrum), and that tail: the image's bands
-/// above F hold at most ∫L² less those up to F (Ramamoorthi & Hanrahan 2002, eq. 5.19 in spirit), small
-/// lights (2l+1)/4π flux² each.
-fn order(source: &Source, energy: &[f64], limit: f64) -> (usize, f64) {
-    let top = source.order();
-    let all = product(energy, &source.bands);
-    let flux2: f64 = source.small_lights.iter().flat_map(|b| b.flux).map(|f| f * f).sum();
-    let (mut peak, mut lights) = (0.0_f64, 0.0);
-    let mut above = vec![(0.0, 0.0); top + 1];
-    for l in (1..energy.len()).rev() {
-        peak = peak.max(energy[l]);
-        lights += energy[l] * (2 * l + 1) as f64 / (4.0 * PI) * flux2;
-        if l <= top + 1 {
-            above[l - 1] = (peak, lights);
-        }
-    }
-    let mut left = source.base_energy;
-    let mut tail = 0.0;
-    for (l, (peak, lights)) in above.into_iter().enumerate() {
-        let band: f64 =
-            source.spectrum.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]).map(|x| x * x).sum();
-        left = (left - band).max(0.0);
-        tail = relative(peak * left + lights, all);
-        if tail <= limit {
-            return (l, tail);
-        }
-    }
-    (top, tail)
-}
-
-/// Linear interpolation of a wave of wavenumber l over spacing h has a relative RMS error of (l h)²/√120,
-/// which is capped at about 1.
+/// Intervals per cube edge, and the error of lookups between them.
 fn resolution(source: &Source, energy: &[f64], size: usize, limit: f64) -> (usize, f64) {
     let waves: Vec<f64> = energy.iter().zip(&source.bands).map(|(k, b)| k * b).collect();
-    let all = waves.iter().sum();
-    let error = |size: usize| {
-        let h = edge_cube::spacing(size);
-        let lost = |(l, e): (usize, &f64)| ((l as f64 * h).powi(4) / 120.0).min(1.0) * e;
-        relative(waves.iter().enumerate().map(lost).sum(), all)
-    };
+    let error = |size: usize| edge_cube::lookup_error(&waves, size);
     if size > 0 {
         return (size, error(size));
     }
