@@ -36,7 +36,7 @@ fn plane(m: &Mat4, q: &Points<'_>, out: &mut [f32]) {
     let [vx, vy, vz] = q.wo.map(|s| &s[..len]);
     for i in 0..len {
         let facing = nx[i] * vx[i] + ny[i] * vy[i] + nz[i] * vz[i];
-        let l = quadric::value(m, [nx[i], ny[i], nz[i]]);
+        let l = Quadric::form(m, [nx[i], ny[i], nz[i]]);
         out[i] = if facing > 0.0 { l } else { 0.0 };
     }
 }
@@ -47,7 +47,7 @@ pub(super) fn gpu(f: &Quadric) -> GpuTechnique {
         modules: vec![include_str!("shade.wgsl").into()],
         entry: Entry::PLAIN,
         tables: Vec::new(),
-        uniforms: f.uniforms(LightTables::QUADRICS).collect(),
+        uniforms: quadric::uniforms(f, LightTables::QUADRICS).collect(),
         buffers: Vec::new(),
     }
 }

@@ -6,7 +6,7 @@ use super::stretched::{Frame, Stretched};
 use crate::gpu::{Entry, Format, Kernel, Level, LightCube, LightTables, Shape, Table, Uniform, Value};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::material::albedo;
-use crate::shared::maths::quadric::Quadric;
+use crate::shared::maths::quadric::{self, Quadric};
 use crate::shared::points::batch::{self, Point};
 use crate::shared::points::central;
 use crate::shared::surface::lobe::{self, Taps};
@@ -122,7 +122,7 @@ pub(super) fn gpu_lobe(chain: &Chain, s: &Specular, frame: &(LightRotation, Quad
 pub(super) fn frame_uniforms(
     (turn, mean_radiance): &(LightRotation, Quadric),
 ) -> impl Iterator<Item = Uniform> {
-    std::iter::once(turn.uniform()).chain(mean_radiance.uniforms(LightTables::QUADRICS))
+    std::iter::once(turn.uniform()).chain(quadric::uniforms(mean_radiance, LightTables::QUADRICS))
 }
 
 /// The data that are filtered light: the chain, of which a single roughness reads two levels, and E/π.
