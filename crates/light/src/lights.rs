@@ -57,8 +57,8 @@ pub struct DiskLight {
 }
 
 impl DiskLight {
-    /// Disks of a larger angular radius, radians, count as sky. The rules for exact shading assume lights that
-    /// are small relative to the hemisphere and, on GPUs, to the lobe.
+    /// Disks of a larger angular radius, radians, count as sky. The rules for exact shading assume lights
+    /// that are small relative to the hemisphere and, on GPUs, to the lobe.
     pub const WIDEST_SUN: f64 = 0.35;
 
     /// Solid angle, steradians: 2π(1 − cos ρ) = 4π sin²(ρ/2).

@@ -39,9 +39,9 @@ impl Energies {
         Self::of_table(brdf, bands, &table, task)
     }
 
-    /// Mean energies of several reflectances, at least one, and their tables by number; errors of lookups are root mean
-    /// squares, that of the quadrature the largest. Of more than nine only every second, third and so on is
-    /// measured.
+    /// Mean energies of several reflectances, at least one, and their tables by number; errors of lookups are
+    /// root mean squares, that of the quadrature the largest. Of more than nine only every second, third
+    /// and so on is measured.
     pub fn of_all(
         brdfs: &[SharedBrdf],
         bands: usize,

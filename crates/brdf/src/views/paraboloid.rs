@@ -1,5 +1,5 @@
-//! The coefficients of f_cos at views on the paraboloid (x, y)/(1 + z), in a lattice of texels that reaches one
-//! beyond the rim.
+//! The coefficients of f_cos at views on the paraboloid (x, y)/(1 + z), in a lattice of texels that reaches
+//! one beyond the rim.
 
 use super::Rule;
 use crate::Brdf;

@@ -274,8 +274,8 @@ mod tests {
         }
     }
 
-    /// The usual rule against one of twice as many nodes on panels half as long, for smooth, glossy, brushed and
-    /// mirror-like reflectance; and against the adaptive integral of the albedo.
+    /// The usual rule against one of twice as many nodes on panels half as long, for smooth, glossy, brushed
+    /// and mirror-like reflectance; and against the adaptive integral of the albedo.
     #[test]
     fn the_rule_is_exact() {
         for (spec, most) in [

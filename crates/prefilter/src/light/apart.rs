@@ -1,8 +1,8 @@
 //! Small lights apart from what maps hold.
 //!
 //! An edge of the lobe, as at the horizon, has no end in frequency, and neither has a sun: no maps hold both.
-//! So suns ([`SunlitSpectrum`]) are taken out of the light and shaded with the exact reflectance;
-//! maps hold what is left, whatever it is.
+//! So suns ([`SunlitSpectrum`]) are taken out of the light and shaded with the exact reflectance; maps hold
+//! what is left, whatever it is.
 
 use super::source::add_small_lights;
 use crate::{SmallLight, Sun, SunlitSpectrum};

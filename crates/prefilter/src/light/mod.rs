@@ -1,5 +1,5 @@
-//! Distant light prepared for filtering: its spectrum, its hierarchy, a list of small bright
-//! lights, and which of these are suns that are better shaded apart from it.
+//! Distant light prepared for filtering: its spectrum, its hierarchy, a list of small bright lights, and
+//! which of these are suns that are better shaded apart from it.
 
 mod apart;
 pub(crate) mod cell;

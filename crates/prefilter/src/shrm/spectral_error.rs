@@ -60,8 +60,8 @@ impl SpectralError {
     }
 
     /// Estimated squared error of a slice from the energy beyond its orders F and Q: that energy times the
-    /// light's largest mean square there. The energy beyond Q is estimated ([`Slices::beyond_azimuth`]), and so is that beyond
-    /// the light's own bands.
+    /// light's largest mean square there. The energy beyond Q is estimated ([`Slices::beyond_azimuth`]), and
+    /// so is that beyond the light's own bands.
     pub fn tail(&self, s: &Slices, slice: usize) -> f64 {
         let captured = s.captured(slice, s.order, s.azimuth);
         let known = self.mean[0].len().saturating_sub(1).max(1);

@@ -1,5 +1,4 @@
-//! The reflectance's factor of techniques that see it view by view
-//! ([`steradian_prefilter::ViewImage`]).
+//! The reflectance's factor of techniques that see it view by view ([`steradian_prefilter::ViewImage`]).
 
 use crate::shared::material::reflectance::Reflectance;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
