@@ -2,12 +2,12 @@
 //!
 //! Over all frames the light's rotated coefficients are uncorrelated
 //! ([`steradian_prefilter::shrm::spectral_error`]), so that the rows κ_lq(θ_v), weighted by a light, form a
-//! matrix with entries κ_lq(θ_v) √(Σ_m L_lm²/(2l + 1)), one row for each elevation, for each q. Its singular
-//! vectors are the maps that represent all elevations to a given error with the fewest of them (Eckart & Young 1936):
-//! κ_lq(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq, r = 1 … R_q. The largest singular values of all q are taken until the
-//! tolerance is met at every elevation that counts; elevations of the largest error are given more weight
-//! (Lawson 1961). Each component gets the resolution at which its share of the lookups' error costs the
-//! fewest bytes.
+//! matrix with entries κ_lq(θ_v) √(Σ_m L_lm²/(2l + 1)), one row for each elevation, for each q. Its
+//! singular vectors are the maps that represent all elevations to a given error with the fewest of them
+//! (Eckart & Young 1936): κ_lq(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq, r = 1 … R_q. The largest singular values of all
+//! q are taken until the tolerance is met at every elevation that counts; elevations of the largest error
+//! are given more weight (Lawson 1961). Each component gets the resolution at which its share of the
+//! lookups' error costs the fewest bytes.
 
 use super::scaled::{Scaled, both};
 use std::f64::consts::PI;
