@@ -85,9 +85,11 @@ pub struct Baked {
     pub made: Made,
     /// The required accuracy.
     pub accuracy: Accuracy,
-    /// Seconds of wall time.
+    /// Seconds of wall time that reading the inputs took.
+    pub read_seconds: f64,
+    /// Seconds of wall time of the bake itself.
     pub seconds: f64,
-    /// Seconds of wall time of each stage.
+    /// The same by stage; they add up.
     pub stages: Vec<(String, f64)>,
     tensors: TensorFile,
 }
@@ -117,6 +119,7 @@ impl Baked {
 impl Session {
     /// Bakes. Everything that can be refused is refused before the work.
     pub fn bake(&mut self, request: &Request) -> Result<Outcome<Baked>, Error> {
+        let start = Instant::now();
         let brdf = self.brdf(&request.brdf)?;
         let (technique, card) = (request.technique, request.technique.card());
         let refused = |why: String| Error::usage(format!("{}: {why}", card.slug));
@@ -133,13 +136,15 @@ impl Session {
         if let Some(path) = &request.sun_lights {
             self.join_lights(path, &mut lights, adjust)?;
         }
+        let read_seconds = start.elapsed().as_secs_f64();
         let stages = Arc::new(Stages::new(self.task.progress()));
         let tolerance = request.accuracy.tolerance();
         let task = self.task.clone().with_progress(stages.clone()).with_tolerance(tolerance);
-        let (start, material) = (Instant::now(), Material::new(brdf).with_textures(planes));
+        let material = Material::new(brdf).with_textures(planes);
         let bake = technique.bake(&lights, &material, geometry.as_ref(), &params, &task)?;
         let (rotate, exposure) = (adjust.rotate, adjust.light_exposure);
         let held = material.brdf.held();
+        let (seconds, stages) = stages.finish();
         let mut done = Baked {
             certificate: bake.certificate().clone(),
             bake,
@@ -148,8 +153,9 @@ impl Session {
                 ..Made::of(&request.brdf, held, &request.environment, rotate, exposure)
             },
             accuracy: request.accuracy,
-            seconds: start.elapsed().as_secs_f64(),
-            stages: stages.finish(),
+            read_seconds,
+            seconds,
+            stages,
             tensors: TensorFile::default(),
         };
         done.tensors = halves::tensors(&mut done, technique, request.half, self)?;

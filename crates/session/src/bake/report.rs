@@ -34,6 +34,7 @@ impl Baked {
             "tolerance": self.accuracy.tolerance(),
             "energy_epsilon": energy,
             "tolerance_met": self.reached().map(|_| !self.missed()),
+            "read_seconds": self.read_seconds,
             "bake_seconds": self.seconds,
             "stages": stages,
             "write_seconds": writing,
@@ -72,8 +73,9 @@ impl Baked {
             out.push(details.join(", "));
         }
         let stages: Vec<String> = self.stages.iter().map(|(n, s)| format!("{n} {:.0} ms", s * 1e3)).collect();
-        let of = if stages.is_empty() { String::new() } else { format!(" ({})", stages.join(", ")) };
-        out.push(format!("bake {:.0} ms{of}, writing {:.0} ms", self.seconds * 1e3, writing * 1e3));
+        let ms = |seconds: f64| format!("{:.0} ms", 1e3 * seconds);
+        let [read, all, writing] = [self.read_seconds, self.seconds, writing].map(ms);
+        out.push(format!("inputs {read}, bake {all} ({}), writing {writing}", stages.join(", ")));
         for f in files {
             let texels =
                 f.texels.map(|(t, e)| format!(", {}, rounding {e:.1e}", t.name())).unwrap_or_default();
@@ -99,6 +101,7 @@ impl BakedLocal {
             "details": details_json(c),
             "tolerance": tolerance,
             "tolerance_met": tolerance.map(|_| met),
+            "read_seconds": self.read_seconds,
             "bake_seconds": self.seconds,
             "file_bytes": bytes,
         })

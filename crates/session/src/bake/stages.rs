@@ -9,6 +9,7 @@ type Times = Vec<(String, f64)>;
 
 /// Records stages and passes them on.
 pub struct Stages {
+    start: Instant,
     next: Option<Arc<dyn Progress>>,
     state: Mutex<(Times, Option<(String, Instant)>)>,
 }
@@ -16,7 +17,7 @@ pub struct Stages {
 impl Stages {
     /// No stage yet.
     pub fn new(next: Option<Arc<dyn Progress>>) -> Self {
-        Self { next, state: Mutex::default() }
+        Self { start: Instant::now(), next, state: Mutex::default() }
     }
 
     /// Ends the running stage and begins `next`.
@@ -32,10 +33,14 @@ impl Stages {
         state.1 = next.map(|n| (n.to_string(), Instant::now()));
     }
 
-    /// All stages.
-    pub fn finish(&self) -> Times {
+    /// The seconds since this was made, and the stages that they were spent in; the last is what no stage names.
+    pub fn finish(&self) -> (f64, Times) {
         self.turn(None);
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).0.clone()
+        let all = self.start.elapsed().as_secs_f64();
+        let mut times = self.state.lock().unwrap_or_else(PoisonError::into_inner).0.clone();
+        let named: f64 = times.iter().map(|t| t.1).sum();
+        times.push(("other".into(), (all - named).max(0.0)));
+        (all, times)
     }
 }
 
@@ -74,7 +79,9 @@ mod tests {
             s.end();
         }
         s.begin("certificate", 0);
-        let names: Vec<String> = s.finish().into_iter().map(|t| t.0).collect();
-        assert_eq!(names, ["light", "prefilter", "certificate"]);
+        let (all, stages) = s.finish();
+        let names: Vec<&str> = stages.iter().map(|t| t.0.as_str()).collect();
+        assert_eq!(names, ["light", "prefilter", "certificate", "other"]);
+        assert!((stages.iter().map(|t| t.1).sum::<f64>() - all).abs() < 1e-9);
     }
 }
