@@ -143,10 +143,21 @@ pub fn steps(image: &SphereImage) -> Option<Encoding> {
     }
 }
 
+/// Bits of mantissa that red, green and blue use, where these are as few as those of packed floats (6, 6 and 5 in
+/// B10G11R11); `None` of others, and of images too plain to tell.
+fn mantissas(image: &SphereImage) -> Option<[i32; 3]> {
+    const MOST: u32 = 6;
+    let used = |v: &f32| f32::MANTISSA_DIGITS - 1 - (v.to_bits() | 1 << 23).trailing_zeros();
+    let most = image.planes.each_ref().map(|p| p.iter().map(used).max().unwrap_or(0));
+    let [low, high] = [most.iter().min(), most.iter().max()].map(|n| n.copied().unwrap_or(0));
+    (high <= MOST && low >= MOST - 1).then(|| most.map(|n| n as i32))
+}
+
 /// The weighted relative error that rounding to steps makes. `step` of floats that are divided by their
 /// largest channel.
 pub fn rounding(image: &SphereImage, step: f64, steps: Option<Encoding>) -> f64 {
-    if step == 0.0 && steps.is_none() {
+    let floats = if step == 0.0 && steps.is_none() { mantissas(image) } else { None };
+    if step == 0.0 && steps.is_none() && floats.is_none() {
         return 0.0;
     }
     let n = image.planes[0].len();
@@ -156,15 +167,51 @@ pub fn rounding(image: &SphereImage, step: f64, steps: Option<Encoding>) -> f64 
     for v in (0..n).map(value) {
         let w = weight(&v, least, f64::INFINITY);
         let largest = v.iter().fold(1.0, |m: f64, v| m.max(*v));
-        for v in v {
-            let unit = match steps {
-                Some(Encoding::Encoded) => decode(encode(v) + 0.5 / 255.0) - decode(encode(v) - 0.5 / 255.0),
-                Some(_) => 1.0 / 255.0,
-                None => step * largest,
+        for (c, v) in v.into_iter().enumerate() {
+            let unit = match (steps, floats) {
+                (Some(Encoding::Encoded), _) => {
+                    decode(encode(v) + 0.5 / 255.0) - decode(encode(v) - 0.5 / 255.0)
+                }
+                (Some(_), _) => 1.0 / 255.0,
+                (None, Some(bits)) => v.max(f64::MIN_POSITIVE).log2().floor().exp2() * 2f64.powi(-bits[c]),
+                (None, None) => step * largest,
             };
             left += w * unit * unit / 12.0;
             all += w * v * v;
         }
     }
     if all > 0.0 { (left / all).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steradian_sphere::Layout;
+
+    /// Packed floats of 6, 6 and 5 bits of mantissa show themselves, with the error that rounding to them made.
+    #[test]
+    fn packed_floats_tell_what_they_lost() {
+        let exact = SphereImage::from_fn(Layout::Cube, 32, 32, |d| {
+            let v = 1.3 + d.y + 0.4 * (7.0 * d.x).sin();
+            [v, 2.0 * v, 0.1 * v].map(|v| v as f32)
+        });
+        assert_eq!(rounding(&exact, 0.0, None), 0.0);
+        let mut packed = exact.clone();
+        for (plane, bits) in packed.planes.iter_mut().zip([6u32, 6, 5]) {
+            let half = 1 << (22 - bits);
+            plane.iter_mut().for_each(|v| *v = f32::from_bits((v.to_bits() + half) & !(2 * half - 1)));
+        }
+        let n = exact.planes[0].len();
+        let value = |image: &SphereImage, k: usize| image.planes.each_ref().map(|p| f64::from(p[k]));
+        let least = floor(&(0..n).map(|k| value(&packed, k)).collect::<Vec<_>>());
+        let (mut off, mut all) = (0.0, 0.0);
+        for k in 0..n {
+            let (a, b) = (value(&packed, k), value(&exact, k));
+            let w = weight(&a, least, f64::INFINITY);
+            off += (0..3).map(|c| w * (a[c] - b[c]).powi(2)).sum::<f64>();
+            all += (0..3).map(|c| w * a[c] * a[c]).sum::<f64>();
+        }
+        let (told, true_error) = (rounding(&packed, 0.0, None), (off / all).sqrt());
+        assert!((told / true_error - 1.0).abs() < 0.1, "{told} {true_error}");
+    }
 }
