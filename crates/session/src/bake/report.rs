@@ -101,7 +101,6 @@ impl BakedLocal {
             "details": details_json(c),
             "tolerance": tolerance,
             "tolerance_met": tolerance.map(|_| met),
-            "read_seconds": self.read_seconds,
             "bake_seconds": self.seconds,
             "file_bytes": bytes,
         })
