@@ -219,12 +219,12 @@ impl<T: Technique> AnyTechnique for Erased<T> {
             brdf: Some(material.brdf.clone()),
             geometry: geometry.cloned(),
         };
-        let light = T::light(lights, &params, task)?;
-        let material = T::material(material, &params, task)?;
+        let light = stage("light", task, || T::light(lights, &params, task))?;
+        let material = stage("reflectance", task, || T::material(material, &params, task))?;
         let transfer = transfer::<T>(geometry, &material, &params, task)?;
         let factors =
             Factors { light: Arc::new(light), material: Arc::new(material), transfer: Arc::new(transfer) };
-        let (bake, report) = factors.uncertified(params, task)?;
+        let (bake, report) = stage("link", task, || factors.uncertified(params, task))?;
         let bake = Baked::<T>::new(bake, None, geometry.cloned(), given);
         Ok(Box::new(Baked { report: Some(report), ..bake }))
     }
@@ -246,6 +246,14 @@ impl<T: Technique> AnyTechnique for Erased<T> {
         }
         Ok(Baked::<T>::boxed(bake, None, None, Given::default()))
     }
+}
+
+/// Does a part of the work as a stage, up to the first stage that it begins itself.
+fn stage<R>(label: &str, task: &Task, work: impl FnOnce() -> R) -> R {
+    task.begin(label, 1);
+    let done = work();
+    task.end();
+    done
 }
 
 /// The factors of a bake.
