@@ -233,34 +233,16 @@ fn fitted(spec: &str) -> SharedBrdf {
 
 /// A technique that evaluates the text at wi = t, wo = wo.
 fn technique(shader: &BrdfShader) -> GpuTechnique {
-    let vec4 = |v: &[f32; 4]| format!("vec4<f32>({:e}, {:e}, {:e}, {:e})", v[0], v[1], v[2], v[3]);
-    let text = shader.wgsl();
-    // Members of `struct Brdf` in order; an array takes as many values as it says.
-    let body = text.split("struct Brdf {").nth(1).and_then(|t| t.split('}').next()).unwrap_or_default();
-    let mut values = shader.uniforms().iter();
-    let member = |line: &str| {
-        let count = line.split("array<vec4<f32>, ").nth(1).and_then(|t| t.split('>').next()?.parse().ok());
-        let mut next = || vec4(values.next().unwrap_or(&[0.0; 4]));
-        match count {
-            Some(n) => {
-                let all: Vec<String> = (0..n).map(|_| next()).collect();
-                format!("array<vec4<f32>, {n}>({})", all.join(", "))
-            }
-            None => next(),
-        }
-    };
-    let lines = body.lines().filter(|l| l.contains(": ") && !l.trim().starts_with("//"));
-    let members: Vec<String> = lines.map(member).collect();
     let numbers = shader.cells();
     let cell = match numbers {
         Some(_) => "fn brdf_cell(i: u32) -> vec3<f32> {\n    return fetch_cells(i).rgb;\n}\n",
         None => "",
     };
     let wgsl = format!(
-        "{text}\nvar<private> brdf: Brdf = Brdf({});\n{cell}\
+        "{}{cell}\
          fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {{\n    \
          return brdf_value(t, wo);\n}}\n",
-        members.join(", ")
+        shader.closed()
     );
     GpuTechnique {
         slug: "brdf",
