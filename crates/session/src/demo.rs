@@ -19,8 +19,8 @@ const MATERIALS: [&str; 2] = ["ggx:alpha=0.25,f0=0.5/0.52/0.55", "ggx:alpha=0.15
 /// A technique as in game engines, and one of this library; each with its panel's heading.
 const TECHNIQUES: [(&str, &str); 2] =
     [("split_sum", "Split sum, as game engines shade"), ("shrm_slices", "Reflection map slices, Steradian")];
-/// Tolerance of the reference at each sample. Its estimates are cautious: the errors themselves are below the steps of
-/// eight bits ([`WITHIN`]).
+/// Tolerance of the reference at each sample. Its estimates are cautious: the errors themselves are below the
+/// steps of eight bits ([`WITHIN`]).
 const TOLERANCE: f64 = 3e-2;
 /// Relative error that no pixel of the reference's picture exceeds, as a test measures it.
 const WITHIN: f64 = 4e-3;

@@ -13,8 +13,9 @@ use steradian_parallel::prelude::*;
 use steradian_scene::{Hit, Ray};
 use steradian_sphere::Frame;
 
-/// Levels of the grid of rays of a site: the first, and the last to which it is refined for a tolerance. Where rays are
-/// asked for by number, all gatherings have the grid of that number, of the last level at most.
+/// Levels of the grid of rays of a site: the first, and the last to which it is refined for a tolerance.
+/// Where rays are asked for by number, all gatherings have the grid of that number, of the last level at
+/// most.
 const LEVELS: std::ops::RangeInclusive<u32> = 5..=8;
 /// Random seed, different from that of visibility.
 const SEED: u32 = 0x8000_0000;

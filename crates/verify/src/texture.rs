@@ -143,8 +143,8 @@ pub fn steps(image: &SphereImage) -> Option<Encoding> {
     }
 }
 
-/// Bits of mantissa that red, green and blue use, where these are as few as those of packed floats (6, 6 and 5 in
-/// B10G11R11); `None` of others, and of images too plain to tell.
+/// Bits of mantissa that red, green and blue use, where these are as few as those of packed floats (6, 6 and
+/// 5 in B10G11R11); `None` of others, and of images too plain to tell.
 fn mantissas(image: &SphereImage) -> Option<[i32; 3]> {
     const MOST: u32 = 6;
     let used = |v: &f32| f32::MANTISSA_DIGITS - 1 - (v.to_bits() | 1 << 23).trailing_zeros();
@@ -188,7 +188,8 @@ mod tests {
     use super::*;
     use steradian_sphere::Layout;
 
-    /// Packed floats of 6, 6 and 5 bits of mantissa show themselves, with the error that rounding to them made.
+    /// Packed floats of 6, 6 and 5 bits of mantissa show themselves, with the error that rounding to them
+    /// made.
     #[test]
     fn packed_floats_tell_what_they_lost() {
         let exact = SphereImage::from_fn(Layout::Cube, 32, 32, |d| {

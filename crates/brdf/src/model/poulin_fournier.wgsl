@@ -79,7 +79,8 @@ fn brdf_seen(w: vec2<f32>) -> vec2<f32> {
     return vec2<f32>(max(w.y - free, -limit), min(w.y + BRDF_HALF_PI, limit));
 }
 
-// By sine and cosine of the tilt from the direction itself: those of an angle near the horizon hold no digits of 1 - sine.
+// By sine and cosine of the tilt from the direction itself: those of an angle near the horizon hold no digits
+// of 1 - sine.
 fn brdf_floor(w: vec3<f32>) -> vec2<f32> {
     let h = brdf.ks.w;
     let edge = sqrt((1.0 - h) * (1.0 + h));
@@ -97,7 +98,8 @@ fn brdf_floor(w: vec3<f32>) -> vec2<f32> {
 }
 
 fn brdf_diffuse(i: vec2<f32>, o: vec2<f32>, part: vec2<f32>) -> f32 {
-    // w cos a + sin w cos b, a and b of which cancel near the horizon: cos a + cos b as a product, sin w less w as a series.
+    // w cos a + sin w cos b, a and b of which cancel near the horizon: cos a + cos b as a product, sin w less
+    // w as a series.
     let w = part.y - part.x;
     let a = i.y - o.y;
     let b = part.y + part.x - i.y - o.y;

@@ -5,7 +5,8 @@
 //! light into
 //!
 //! ```text
-//! B(C, wo') = Σ_pq B_pq(C) y_pq(wo'),   B_pq(C) = Σ_l ρ̂_lp|q| L'_lq(C)                           (5.9, 5.10)
+//! B(C, wo') = Σ_pq B_pq(C) y_pq(wo'),   B_pq(C) = Σ_l ρ̂_lp|q| L'_lq(C)                           (5.9,
+//! 5.10)
 //! L'_lq(C) = ∫ L(wi) y_lq(R_C⁻¹ wi) dwi,   R_C = [x' y' z'] the frame at C (see [`frame`])
 //! ```
 //!

@@ -17,8 +17,9 @@ pub(super) const ROUGH: f64 = 1e-2;
 /// Largest size relative to the distance from a lobe's ridge, or the ridge's width.
 const FACTOR: f64 = 2.0;
 
-/// The same at tolerances of [`ROUGH`] and more: of GGX floors (α .25 to .05) and spheres under a low sun, 3000 to 4500
-/// evaluations a point at a tolerance of .03 in place of 3700 to 5300, and errors of .001 to .004 at most in place of .001.
+/// The same at tolerances of [`ROUGH`] and more: of GGX floors (α .25 to .05) and spheres under a low sun,
+/// 3000 to 4500 evaluations a point at a tolerance of .03 in place of 3700 to 5300, and errors of .001 to
+/// .004 at most in place of .001.
 const FACTOR_ROUGH: f64 = 4.0;
 
 /// Hints subdivide down to this size, radians, at most.

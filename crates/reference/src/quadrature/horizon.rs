@@ -60,8 +60,8 @@ impl Horizon {
     /// Position of a rectangle. A sliver thinner than rounding counts as below.
     pub fn side(&self, patch: &Patch) -> Side {
         let [low, high] = self.swing(patch);
-        // n·wi along θ where A is extreme, at both ends, and its derivative there: over half a turn at most it
-        // has one extreme within, ±√(A² + n_y²), where the derivative changes its sign.
+        // n·wi along θ where A is extreme, at both ends, and its derivative there: over half a turn at most
+        // it has one extreme within, ±√(A² + n_y²), where the derivative changes its sign.
         let at = |a: f64| patch.ends[1].map(|(sin, cos)| a * sin + self.n[1] * cos);
         let slope = |a: f64| patch.ends[1].map(|(sin, cos)| a * cos - self.n[1] * sin);
         let extreme = |a: f64| (a * a + self.n[1] * self.n[1]).sqrt();

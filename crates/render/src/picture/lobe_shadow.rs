@@ -36,7 +36,8 @@ const RAYS: [usize; 2] = [64, 128];
 /// Directions of the reference, in the same order, and the index in the sequence of the first.
 const REFERENCE_RAYS: [usize; 2] = [64, 512];
 const REFERENCE_FIRST: usize = 1 << 16;
-/// Strips in which the points of the unit square are ordered: 16 neighbours of 192 cover a quarter by a third.
+/// Strips in which the points of the unit square are ordered: 16 neighbours of 192 cover a quarter by a
+/// third.
 const STRIPS: f64 = 4.0;
 
 /// A shader of unshadowed light, times the share that the mesh does not block.

@@ -33,7 +33,8 @@ impl Stages {
         state.1 = next.map(|n| (n.to_string(), Instant::now()));
     }
 
-    /// The seconds since this was made, and the stages that they were spent in; the last is what no stage names.
+    /// The seconds since this was made, and the stages that they were spent in; the last is what no stage
+    /// names.
     pub fn finish(&self) -> (f64, Times) {
         self.turn(None);
         let all = self.start.elapsed().as_secs_f64();
