@@ -5,6 +5,7 @@
 //! reflectance by the elevation of the normal alone. Neither knows any light.
 
 mod energies;
+mod panels;
 pub mod paraboloid;
 mod projection;
 mod quadrature;

@@ -5,6 +5,7 @@
 //! ridge about an axis in the surface (brushed metal), that axis: in both frames the hemisphere is a
 //! rectangle of the two angles, and narrow features lie along a coordinate line.
 
+use super::panels::{composite, panels};
 use crate::central::Polar;
 use crate::{Brdf, Domain, Lobe};
 use glam::{DMat3, DVec3};
@@ -20,8 +21,6 @@ const PHASE: f64 = 12.0;
 const FLAT: f64 = 5.0;
 /// Nodes of the largest rule.
 const NODES: usize = 15;
-/// Ratio of the lengths of panels, going away from a lobe.
-const GRADING: f64 = 2.5;
 /// Widths of lobes, radians, are clamped to this range when panels are placed.
 const WIDTHS: [f64; 2] = [1e-4, 0.6];
 /// Scale of the integrand at the horizon, radians: that of the view's elevation, clamped to this range.
@@ -175,34 +174,14 @@ impl Rule {
 
     /// Nodes and weights over an interval, graded around each place.
     fn nodes(&self, [a, b]: [f64; 2], places: &[Place]) -> Vec<[f64; 2]> {
-        let mut breaks = vec![a, b];
-        for &(centre, width) in places {
-            breaks.push(centre);
-            let mut step = width;
-            while step < b - a {
-                breaks.extend([centre - step, centre + step]);
-                step *= GRADING;
-            }
-        }
-        breaks.retain(|x| (a..=b).contains(x));
-        breaks.sort_by(f64::total_cmp);
         let short = places.iter().map(|p| p.1).fold(WIDTHS[1], f64::min) * 0.05;
-        breaks.dedup_by(|x, y| *x - *y < short);
-        if let Some(last) = breaks.last_mut() {
-            *last = b;
-        }
         let mut out = Vec::new();
-        for pair in breaks.windows(2) {
+        for pair in panels([a, b], places, short).windows(2) {
             let length = pair[1] - pair[0];
             let phase = length * self.order as f64;
             let parts = (length / LONGEST).max(phase / PHASE).ceil().max(1.0);
-            let h = length / parts;
             let n = (self.flat + 0.5 * phase / parts) as usize;
-            let (x, w) = &self.gauss[n.min(NODES)];
-            for k in 0..parts as usize {
-                let middle = pair[0] + h * (k as f64 + 0.5);
-                out.extend(x.iter().zip(w).map(|(x, w)| [middle + 0.5 * h * x, 0.5 * h * w]));
-            }
+            out.extend(composite(pair, parts, &self.gauss[n.min(NODES)]));
         }
         out
     }

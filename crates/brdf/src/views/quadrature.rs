@@ -1,6 +1,7 @@
 //! g_lm of one elevation by quadrature in rings about the view, cut at the horizon and graded around the
 //! lobes.
 
+use super::panels::{composite, panels};
 use super::slices::half_count;
 use crate::central::Polar;
 use crate::{Brdf, Domain, Lobe};
@@ -15,8 +16,6 @@ const PHASE: f64 = 20.0;
 const FLAT: f64 = 4.5;
 /// Nodes of the largest rule.
 const NODES: usize = 15;
-/// Ratio of the lengths of panels, going away from a lobe.
-const GRADING: f64 = 2.5;
 /// Length of the first panel next to the horizon's tangents, radians.
 const BEND: f64 = 0.06;
 /// Widths are clamped to this, radians, above which a function counts as smooth.
@@ -47,34 +46,13 @@ impl Rule {
 
     /// Nodes and weights over [a, b], graded around each (centre, width).
     fn nodes(&self, a: f64, b: f64, centres: &[(f64, f64)]) -> Vec<[f64; 2]> {
-        let mut breaks = vec![a, b];
-        for &(centre, width) in centres {
-            breaks.push(centre);
-            let mut step = width;
-            while step < b - a {
-                breaks.extend([centre - step, centre + step]);
-                step *= GRADING;
-            }
-        }
-        breaks.retain(|x| (a..=b).contains(x));
-        breaks.sort_by(f64::total_cmp);
-        // Panels much shorter than the resolution are merged into their neighbours; the ends stay.
         let short = centres.iter().map(|c| c.1).fold(SMOOTH, f64::min) * 0.3;
-        breaks.dedup_by(|x, y| *x - *y < short);
-        if let Some(last) = breaks.last_mut() {
-            *last = b;
-        }
         let mut out = Vec::new();
-        for pair in breaks.windows(2) {
+        for pair in panels([a, b], centres, short).windows(2) {
             let phase = (pair[1] - pair[0]) * self.order as f64;
             let parts = (phase / PHASE).ceil().max(1.0);
-            let h = (pair[1] - pair[0]) / parts;
             let n = (FLAT + 0.5 * phase / parts) as usize;
-            let (x, w) = &self.gauss[n.min(NODES)];
-            for k in 0..parts as usize {
-                let middle = pair[0] + h * (k as f64 + 0.5);
-                out.extend(x.iter().zip(w).map(|(x, w)| [middle + 0.5 * h * x, 0.5 * h * w]));
-            }
+            out.extend(composite(pair, parts, &self.gauss[n.min(NODES)]));
         }
         out
     }

@@ -4,9 +4,7 @@
 //! beside the paper's.
 //!
 //! ```text
-//! cargo run --release -p steradian-xtask -- figures
-//! gallery|btf|5.1|5.2|5.4|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|prt|ggx|kss02-2|3|4|5|6|7|8|k06|star04|star04-6|7|8|9|15|haar
-//! [-o DIR] [--light FILE|SKY]
+//! cargo run --release -p steradian-xtask -- figures gallery|btf|5.1|5.2|5.4|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|prt|ggx|kss02-2|3|4|5|6|7|8|k06|star04|star04-6|7|8|9|15|haar [-o DIR] [--light FILE|SKY]
 //!     [--brdf SPEC]… [--side N]
 //! ```
 //!
