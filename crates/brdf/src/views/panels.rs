@@ -4,8 +4,8 @@
 const GRADING: f64 = 2.5;
 
 /// Borders of panels over [a, b]: each (centre, width) begins one, and from there panels grow by the factor
-/// [`GRADING`], the first `width` long. Panels shorter than `short` are merged into their neighbours; the ends
-/// stay.
+/// [`GRADING`], the first `width` long. Panels shorter than `short` are merged into their neighbours; the
+/// ends stay.
 pub(super) fn panels([a, b]: [f64; 2], places: &[(f64, f64)], short: f64) -> Vec<f64> {
     let mut borders = vec![a, b];
     for &(centre, width) in places {
