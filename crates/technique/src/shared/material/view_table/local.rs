@@ -2,7 +2,7 @@
 //! site's frame.
 
 use super::kernel::{LightLanes, MOST};
-use super::look::{Corners, Look};
+use super::look::{Corners, Look, ParaboloidGrid};
 use super::shorts::{self, SHARE};
 use super::vectors::{SIDE, Vectors, Xyz, copy, frame_angles, read};
 use super::{SiteFrames, ViewTable};
@@ -310,15 +310,17 @@ struct Corner {
     shares: [[i16; SIDE]; 4],
     /// Sites whose light is prefetched: where the corners' sites are consecutive, those sixteen further on.
     asked: [u32; SIDE],
+    /// Are the sites consecutive?
+    row: bool,
 }
 
 impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
     type Output = ();
 
     /// Software-pipelined: while sixteen points are shaded, the texels of the next sixteen are found and
-    /// their memory is prefetched. Texels and light lie scattered, and a core has only few loads outstanding
-    /// by itself. (The code is specialised by number of coefficients inside the loop, per sixteen points: a
-    /// specialised loop for each number was a quarter of the code of all techniques.)
+    /// their light is prefetched, as a core has only few loads outstanding by itself. (The code is specialised
+    /// by number of coefficients inside the loop, per sixteen points: a specialised loop for each number was a
+    /// quarter of the code of all techniques.)
     #[inline(always)]
     fn run<A: Arch>(mut self) {
         let none = || Corner {
@@ -328,18 +330,30 @@ impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
             look: Look::NONE,
             shares: [[0; SIDE]; 4],
             asked: [0; SIDE],
+            row: false,
         };
         let (mut both, mut now, mut next) = ([none(), none()], 0, (0, 0));
         let mut parts = [[A::F32::splat(0.0); SIDE]; 3];
+        let grid = ParaboloidGrid::<A::F32>::new(self.table);
         let (mut more, mut first) = (true, true);
         while more {
-            more = self.find::<A>(&mut next, &mut both[1 - now]);
+            more = self.find::<A>(&grid, &mut next, &mut both[1 - now]);
             if !first {
                 N::add::<A>(&mut self, &both[now], &both[1 - now], &mut parts);
             }
             (now, first) = (1 - now, false);
         }
     }
+}
+
+/// What [`Local::look_from`] found.
+enum Looked {
+    /// Points whose views have texels.
+    Shown,
+    /// Points that face away, or have no weight.
+    Hidden,
+    /// Normals other than the sites', to which views have to be carried.
+    Turned,
 }
 
 /// Distance, in points, at which normals and views are prefetched: they come from more streams at once than a
@@ -353,7 +367,12 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
     /// The next corner, from corner `next` of points on, that adds anything. (Loops over whole blocks without
     /// branches or closures, which compilers make vectors of: with them a third of the time went here.)
     #[inline(always)]
-    fn find<A: Arch>(&mut self, next: &mut (usize, usize), to: &mut Corner) -> bool {
+    fn find<A: Arch>(
+        &mut self,
+        grid: &ParaboloidGrid<A::F32>,
+        next: &mut (usize, usize),
+        to: &mut Corner,
+    ) -> bool {
         let (q, len) = (self.q, self.q.len());
         let last = (self.frames.len() - 1) as u32;
         while next.0 < len {
@@ -380,6 +399,13 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
             if !any(&to.weight) {
                 continue;
             }
+            if let Some(from) = self.at_sites(first, corner) {
+                match self.look_from::<A>(grid, [first, from], to) {
+                    Looked::Shown => return true,
+                    Looked::Hidden => continue,
+                    Looked::Turned => {}
+                }
+            }
             let mut spare = [0; SIDE];
             let index = whole(q.site.index[corner], first, &mut spare);
             let (n, wo) = (read::<A>(q.n, first, len), read::<A>(q.wo, first, len));
@@ -402,6 +428,64 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         false
     }
 
+    /// The first of sixteen sites in a row, where a corner of sixteen points from the first has such, as the vertices
+    /// of a mesh have that are shaded in order.
+    #[inline(always)]
+    fn at_sites(&self, first: usize, corner: usize) -> Option<usize> {
+        let index: &[u32; SIDE] = self.q.site.index[corner].get(first..)?.first_chunk()?;
+        let (from, mut off) = (index[0], 0);
+        for i in 0..SIDE {
+            off |= index[i] ^ from.wrapping_add(i as u32);
+        }
+        (off == 0 && from as usize + SIDE <= self.frames.len()).then_some(from as usize)
+    }
+
+    /// What [`Local::find`] finds where points have the normals of sites in a row: everything in registers, from
+    /// the memory that it lies in (the copies took a sixth of the time of whole numbers).
+    #[inline(always)]
+    fn look_from<A: Arch>(
+        &self,
+        grid: &ParaboloidGrid<A::F32>,
+        [first, from]: [usize; 2],
+        to: &mut Corner,
+    ) -> Looked {
+        let (q, all) = (self.q, self.frames);
+        for k in 0..3 {
+            prefetch(&all.n[k], from + AHEAD);
+            prefetch(&all.t[k], from + AHEAD);
+        }
+        let (mut other, mut up) = ([0.0; SIDE], [0.0; SIDE]);
+        let mut lane = 0;
+        while lane < SIDE {
+            let n = Xyz::<A::F32>::at(q.n, first + lane);
+            let own = Xyz::at([&all.n[0], &all.n[1], &all.n[2]], from + lane);
+            let off = n.minus(own);
+            off.dot(off).store(&mut other[lane..]);
+            let t = Xyz::at([&all.t[0], &all.t[1], &all.t[2]], from + lane);
+            to.look.texels(grid, lane, [own, t, own.cross(t)], Xyz::at(q.wo, first + lane), &mut up);
+            lane += A::F32::LANES;
+        }
+        if any(&other) {
+            return Looked::Turned;
+        }
+        to.look.weigh(self.table, &up);
+        let mut lane = 0;
+        while lane < SIDE {
+            let weight = A::F32::load(&to.weight[lane..]);
+            A::F32::load(&up[lane..]).if_positive(weight, A::F32::splat(0.0)).store(&mut to.weight[lane..]);
+            lane += A::F32::LANES;
+        }
+        let ahead = (self.frames.len() - SIDE).min(from + SIDE) as u32;
+        to.site = std::array::from_fn(|i| from as u32 + i as u32);
+        to.asked = std::array::from_fn(|i| ahead + i as u32);
+        (to.first, to.row) = (first, true);
+        if !any(&to.weight) {
+            return Looked::Hidden;
+        }
+        N::weigh::<A>(to);
+        Looked::Shown
+    }
+
     /// Finds the texels of the points' views, carried to their sites.
     #[inline(always)]
     fn look<A: Arch>(&self, n: &Vectors, wo: &Vectors, to: &mut Corner) {
@@ -414,7 +498,8 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         for i in 0..SIDE {
             to.asked[i] = (to.site[i] + ahead).min(last);
         }
-        if off == 0 {
+        to.row = off == 0;
+        if to.row {
             let from = from as usize;
             for k in 0..3 {
                 prefetch(&self.frames.n[k], from + AHEAD);
@@ -445,24 +530,19 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         N::weigh::<A>(to);
     }
 
-    /// Prefetches the texels and the light of one point of a corner.
+    /// Prefetches the light of one point of a corner. (Texels lie in a cache already: prefetching them as well took a
+    /// tenth longer.)
     #[inline(always)]
-    fn ask<const C: usize, const P: usize, const CHANNELS: usize>(&self, b: &Corner, i: usize) {
-        let (line, texels) = (64 / size_of::<N>(), self.texels);
-        // The two texels of a row lie side by side.
-        let (from, both) = (b.look.texel[i] as usize * CHANNELS * P, 2 * CHANNELS * P);
-        let far = from + self.table.size * CHANNELS * P;
-        let (near, far) = (&texels[from..from + both], &texels[far..far + both]);
-        for k in 0..both.div_ceil(line) {
-            prefetch(near, k * line);
-            prefetch(far, k * line);
-        }
-        let from = b.asked[i] as usize * 3 * C;
+    fn ask<const C: usize, const P: usize>(&self, b: &Corner, i: usize) {
+        let (line, from) = (64 / size_of::<N>(), b.asked[i] as usize * 3 * C);
         let light = &self.light[from..from + 2 * C + P];
         for k in 0..(3 * C).div_ceil(line) {
             prefetch(light, k * line);
         }
-        prefetch(light, 3 * C - 1);
+        // (Of sites in a row the next begins within a line of the last of these.)
+        if !b.row {
+            prefetch(light, 3 * C - 1);
+        }
     }
 
     /// Adds the radiance of one corner of each of sixteen points. The next corner's memory is prefetched
@@ -476,7 +556,7 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
     ) {
         let (lanes, scale) = (A::F32::LANES, self.scale);
         for i in 0..SIDE {
-            self.ask::<C, P, CHANNELS>(next, i);
+            self.ask::<C, P>(next, i);
             let light = &self.light[b.site[i] as usize * 3 * C..];
             let sum = N::sums::<A, C, P, CHANNELS>(self.texels, self.table.size, b, i, light);
             for k in 0..3 {

@@ -73,7 +73,7 @@ impl Look {
     /// The texels, weights and cosines of local views. Whether a view is in front of the surface is decided
     /// by products that are each rounded (no fused multiply-add), as in the other loops.
     #[inline(always)]
-    fn texels<V: Single>(
+    pub(super) fn texels<V: Single>(
         &mut self,
         of: &ParaboloidGrid<V>,
         lane: usize,
@@ -108,7 +108,7 @@ impl Look {
 
     /// Takes the power of the cosines into the weights.
     #[inline(always)]
-    fn weigh(&mut self, table: &ViewTable, up: &[f32; SIDE]) {
+    pub(super) fn weigh(&mut self, table: &ViewTable, up: &[f32; SIDE]) {
         for i in 0..SIDE {
             self.facing[i] = up[i] > 0.0;
         }
@@ -122,7 +122,7 @@ impl Look {
 }
 
 /// The mapping of a table's texels onto the paraboloid.
-struct ParaboloidGrid<V> {
+pub(super) struct ParaboloidGrid<V> {
     reach: V,
     inverse: V,
     /// The last place, and the last texel with one behind it.
@@ -133,7 +133,7 @@ struct ParaboloidGrid<V> {
 
 impl<V: Single> ParaboloidGrid<V> {
     #[inline(always)]
-    fn new(table: &ViewTable) -> Self {
+    pub(super) fn new(table: &ViewTable) -> Self {
         let ([reach, h], size) = (lattice(table.size), table.size);
         Self {
             reach: V::splat(reach as f32),

@@ -19,6 +19,20 @@ impl<V: Single> Xyz<V> {
         Self([V::load(&v[0][lane..]), V::load(&v[1][lane..]), V::load(&v[2][lane..])])
     }
 
+    /// From number `first` of three planes on.
+    ///
+    /// # Panics
+    /// If a plane ends before.
+    #[inline(always)]
+    pub(super) fn at(v: [&[f32]; 3], first: usize) -> Self {
+        Self([V::load(&v[0][first..]), V::load(&v[1][first..]), V::load(&v[2][first..])])
+    }
+
+    #[inline(always)]
+    pub(super) fn minus(self, b: Self) -> Self {
+        Self([self.0[0].sub(b.0[0]), self.0[1].sub(b.0[1]), self.0[2].sub(b.0[2])])
+    }
+
     #[inline(always)]
     pub(super) fn store(self, to: &mut Vectors, lane: usize) {
         for k in 0..3 {
