@@ -75,7 +75,8 @@ impl Taps {
 }
 
 /// Weights of the texels at −1, 0, 1, 2 for a position t in [0, 1].
-fn catmull_rom(t: f64) -> [f64; 4] {
+#[inline(always)]
+pub(super) fn catmull_rom(t: f64) -> [f64; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [
         0.5 * (-t3 + 2.0 * t2 - t),

@@ -2,6 +2,7 @@
 
 mod coverage;
 mod cube_cells;
+mod cube_lookups;
 mod latlong;
 mod lookup;
 mod patch;

@@ -27,6 +27,9 @@ pub fn remap(source: &SphereImage, layout: Layout, width: usize, height: usize, 
     }
     let job = Job::new(source, layout, width, height, back);
     if job.growth.1 < 0.9 {
+        if straight && source.layout == Layout::LatLong && layout == Layout::Cube && width == height {
+            return super::cube_lookups::cube(source, width);
+        }
         return SphereImage::from_fn(layout, width, height, |d| source.lookup(Filter::CatmullRom, back * d));
     }
     job.run()

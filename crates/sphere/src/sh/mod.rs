@@ -23,6 +23,7 @@ pub mod zonal;
 pub use basis::{Basis, epsilon, eval, legendre};
 pub use dering::Dering;
 pub use kautz::{QuarterTurns, turn_symbolic};
+pub(crate) use points::CubeAngles;
 pub use points::PointSynthesis;
 pub use project::{project, project_direct};
 pub use quadric::Quadric;

@@ -98,7 +98,7 @@ impl<'a> Job<'a> {
         Self {
             source,
             n,
-            areas: (0..n * n).map(area).collect(),
+            areas: (0..n * n).into_par_iter().with_min_len(1024).map(area).collect(),
             borders,
             rows: (0..=source.height).map(row).collect(),
             parts: (2.0 * PI / w / STEP).ceil().max(1.0) as usize,

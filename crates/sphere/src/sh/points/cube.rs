@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// (θ, φ) of all texel centres of a cube map, from an eighth of them.
-pub(in crate::sh) struct CubeAngles {
+pub(crate) struct CubeAngles {
     size: usize,
     /// Of column i of a side face: φ from the face's axis.
     column: Vec<f64>,
@@ -15,7 +15,7 @@ pub(in crate::sh) struct CubeAngles {
 }
 
 impl CubeAngles {
-    pub(in crate::sh) fn new(size: usize) -> Self {
+    pub(crate) fn new(size: usize) -> Self {
         let half = size.div_ceil(2);
         // Distances from the middle, as `fold` counts them.
         let a: Vec<f64> = (0..half).map(|q| (2 * q + 1 - size % 2) as f64 / size as f64).collect();
@@ -45,7 +45,7 @@ impl CubeAngles {
     }
 
     /// (θ, φ) of row j of a face in the order +X −X +Y −Y +Z −Z.
-    pub(in crate::sh) fn row(&self, face: usize, j: usize, row: &mut [[f64; 2]]) {
+    pub(crate) fn row(&self, face: usize, j: usize, row: &mut [[f64; 2]]) {
         let half = self.size.div_ceil(2);
         let (b, up) = self.fold(j);
         let sign = |negative: bool| if negative { -1.0 } else { 1.0 };

@@ -15,7 +15,7 @@ mod read;
 use super::transform::{PlanesMut, Precision, Real, Sample, ShTransform};
 use super::{ColumnsRgb, Grid};
 use bell::{WIDEST, WindowSpectrum, polynomials};
-pub(super) use cube::CubeAngles;
+pub(crate) use cube::CubeAngles;
 use glam::DVec3;
 use meridians::Meridians;
 use read::Read;
