@@ -50,9 +50,18 @@ pub(crate) fn smallest_order(e: &Energies<'_>, limit: f64) -> (usize, f64) {
 /// that it leaves at most. `flux2` is Σ flux² of the small lights that go through the bands as well; 0 where
 /// they are summed apart.
 pub fn of_source(source: &Source, kernel: &[f64], flux2: f64, limit: f64) -> (usize, f64) {
-    let sh = &source.spectrum;
-    let band = |l: usize| sh.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]).map(|x| x * x).sum();
-    let bands: Vec<f64> = (0..=source.order()).map(band).collect();
+    let bands: Vec<f64> = source.base_bands().collect();
     let result = kernel.iter().zip(&source.bands).map(|(k, b)| k * b).sum();
     smallest_order(&Energies { kernel, bands: &bands, whole: source.base_energy, flux2, result }, limit)
+}
+
+/// The bands of an analysis that is sure to hold those that [`of_source`] finds, by a source of the same light
+/// with fewer of them: all energy beyond these may lie just above the order. All bands of `kernel` where that
+/// is not enough.
+pub fn of_analysis(source: &Source, kernel: &[f64], limit: f64) -> usize {
+    let mut bands: Vec<f64> = source.base_bands().collect();
+    bands.resize(kernel.len().max(bands.len()), 0.0);
+    let result = kernel.iter().zip(&source.bands).map(|(k, b)| k * b).sum();
+    smallest_order(&Energies { kernel, bands: &bands, whole: source.base_energy, flux2: 0.0, result }, limit)
+        .0
 }

@@ -178,6 +178,11 @@ impl EdgeCube {
         &self.texels
     }
 
+    /// [`EdgeCube::texels`], moved out.
+    pub fn into_texels(self) -> Vec<[f32; 4]> {
+        self.texels
+    }
+
     /// Adds a small light: its flux is distributed over the samples by the weights of bilinear lookup, and
     /// divided by their solid angles, so the integral of lookups grows by the flux.
     pub fn add(&mut self, small_light: &SmallLight) {

@@ -1,16 +1,18 @@
 //! The filter: light convolved with a zonal kernel, as a cube map, to a tolerance.
 //!
 //! In frequency space (Ramamoorthi & Hanrahan 2002, 5.4): coefficients of the light times those of the
-//! kernel, then synthesis; small bright lights are added exactly, direction by direction. Where the order
-//! that the tolerance needs is beyond the spectrum, direction by direction as a whole ([`crate::angular`]).
+//! kernel, then synthesis; what a series would blur of small bright lights is added exactly, direction by
+//! direction ([`super::small_lights`]). Where the order that the tolerance needs is beyond the spectrum,
+//! direction by direction as a whole ([`crate::angular`]).
 
 use super::edge_cube::{self, EdgeCube};
-use crate::image::{Row, at_points};
-use crate::{SmallLight, Source, Tree, Zonal, angular, order, probe};
+use super::small_lights::Plan;
+use crate::image::at_points;
+use crate::{Source, Tree, Zonal, angular, order, probe};
 use glam::DVec3;
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
-use steradian_sphere::sh::{self, ShRgb};
+use steradian_sphere::sh::ShRgb;
 
 /// Cube size: intervals per edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,10 +76,12 @@ pub fn filter_within(
     task: &Task,
 ) -> Result<Filtered, Cancelled> {
     task.check()?;
-    let k = kernel.coefficients(source.order() + 64);
-    // The brightest texels are summed apart.
+    // The tails of kernels with a kink at the horizon fall as a power of the band.
+    let top = if source.small_lights.is_empty() { source.order() } else { 2 * source.order() };
+    let k = kernel.coefficients(top + 64);
+    // Small lights are looked at apart.
     let squares: Vec<f64> = k.iter().map(|k| k * k).collect();
-    let (order, tail) = order::of_source(source, &squares, 0.0, 0.25 * tolerance);
+    let (order, tail) = order::of_source(source, &squares, 0.0, SERIES * tolerance);
     let most = ((direct as f64 / 6.0).sqrt() as usize).saturating_sub(1).max(4);
     let few = match size {
         Size::Fixed(n) if n > most => None,
@@ -99,11 +103,32 @@ pub fn filter_within(
         });
     }
     task.check()?;
-    let (mut cube, clipped) = synthesized(source, &k[..=order], size, !source.negative && !kernel.signed());
-    if !source.small_lights.is_empty() {
-        cube = add_small_lights(source, kernel, &cube);
-    }
-    Ok(Filtered { cube, way: CubeMethod::Frequency { order }, tail, interpolation, clipped })
+    let texels = 6 * (size + 1) * (size + 1);
+    let small = Plan::new(source, kernel, &k, texels, tolerance);
+    let cube = synthesized(source, &k[..=order], &small, size, tolerance);
+    let lights = &source.small_lights;
+    let (cube, clipped) = if source.negative || kernel.signed() {
+        (small.add(lights, kernel, cube), 0.0)
+    } else if small.is_direct() {
+        let (cube, clipped) = clip(cube);
+        (small.add(lights, kernel, cube), clipped)
+    } else {
+        // Parts of small lights in the series are nothing without the other parts.
+        clip(small.add(lights, kernel, cube))
+    };
+    let way = CubeMethod::Frequency { order: order.max(small.factors.len().saturating_sub(1)) };
+    Ok(Filtered { cube, way, tail: tail + small.error, interpolation, clipped })
+}
+
+/// Part of the tolerance that bands left out may take.
+const SERIES: f64 = 0.25;
+
+/// Bands that an analysis of the light needs, so that [`filter`] leaves out no more than it may; `source` is one
+/// of fewer bands, and its own are returned where another analysis would gain little. At most `most`.
+pub fn bands(source: &Source, kernel: &dyn Zonal, tolerance: f64, most: usize) -> usize {
+    let squares: Vec<f64> = kernel.coefficients(most + 64).iter().map(|k| k * k).collect();
+    let bands = |part: f64| order::of_analysis(source, &squares, part * tolerance).min(most);
+    if bands(2.0 * SERIES) <= source.order() { source.order() } else { bands(SERIES) }
 }
 
 /// Cube size, and the relative RMS error of bilinear lookup that it gives.
@@ -122,23 +147,36 @@ fn resolution(source: &Source, k: &[f64], size: Size, tolerance: f64) -> (usize,
     }
 }
 
-/// The source's bands times those of a kernel on a cube, clamped at zero where `clip`, and the relative flux
-/// that clamping added.
-fn synthesized(source: &Source, k: &[f64], size: usize, clip: bool) -> (EdgeCube, f64) {
+/// Largest error of [`synthesized`], relative to the range of the function.
+const SYNTHESIS: f64 = 1e-5;
+
+/// The source's bands times those of a kernel on a cube, small lights as planned.
+fn synthesized(source: &Source, k: &[f64], small: &Plan<'_>, size: usize, tolerance: f64) -> EdgeCube {
     let n = size + 1;
     let direction = |i: usize| edge_cube::direction(size, i / (n * n), i % n, i / n % n);
     let directions: Vec<DVec3> = (0..6 * n * n).into_par_iter().map(direction).collect();
-    let count = sh::count(k.len() - 1);
-    let used = ShRgb { order: k.len() - 1, c: source.spectrum.c.each_ref().map(|c| c[..count].to_vec()) };
-    let [r, g, b] = at_points(&used, k, &directions);
+    let order = k.len().max(small.factors.len()) - 1;
+    let mut sum = ShRgb::zero(order);
+    for (c, sum) in sum.c.iter_mut().enumerate() {
+        for (from, factors) in [(&source.spectrum, k), (&source.small_spectrum, &small.factors)] {
+            for (l, factor) in factors.iter().enumerate() {
+                let at = l * l..(l + 1) * (l + 1);
+                sum[at.clone()].iter_mut().zip(&from.c[c][at]).for_each(|(s, x)| *s += factor * x);
+            }
+        }
+    }
+    // What small lights leave in the series is many times brighter than the rest.
+    let error = (0.1 * tolerance / small.range.max(1.0)).min(SYNTHESIS);
+    let [r, g, b] = at_points(&sum, &vec![1.0; order + 1], &directions, error);
     let texels = (0..directions.len()).map(|i| [r[i], g[i], b[i], 1.0]).collect();
-    let cube = EdgeCube::from_texels(size, texels).unwrap_or_default();
-    if clip { clipped(&cube) } else { (cube, 0.0) }
+    EdgeCube::from_texels(size, texels).unwrap_or_default()
 }
 
-fn clipped(cube: &EdgeCube) -> (EdgeCube, f64) {
+/// The cube with its negative texels raised to zero, and the relative flux that this added.
+fn clip(cube: EdgeCube) -> (EdgeCube, f64) {
     let (mut added, mut all) = (0.0, 0.0);
-    let mut texels = cube.texels().to_vec();
+    let size = cube.size();
+    let mut texels = cube.into_texels();
     for x in texels.iter_mut().flat_map(|t| &mut t[..3]) {
         all += f64::from(x.max(0.0));
         if *x < 0.0 {
@@ -146,42 +184,8 @@ fn clipped(cube: &EdgeCube) -> (EdgeCube, f64) {
             *x = 0.0;
         }
     }
-    let cube = EdgeCube::from_texels(cube.size(), texels).unwrap_or_default();
+    let cube = EdgeCube::from_texels(size, texels).unwrap_or_default();
     (cube, if all > 0.0 { added / all } else { 0.0 })
-}
-
-/// Texels' cells a row of the cube at a time, disks one by one.
-fn add_small_lights(source: &Source, kernel: &dyn Zonal, cube: &EdgeCube) -> EdgeCube {
-    let n = cube.size() + 1;
-    let (cells, disks): (Vec<SmallLight>, Vec<SmallLight>) =
-        source.small_lights.iter().partition(|b| b.cell.is_some());
-    let mut texels = cube.texels().to_vec();
-    texels.par_chunks_mut(n).enumerate().for_each_init(Row::default, |row, (r, texels)| {
-        let at = |i: usize| edge_cube::direction(n - 1, r / n, i, r % n);
-        row.along(n, at);
-        row.sums(&cells, kernel);
-        for (i, t) in texels.iter_mut().enumerate() {
-            let sum = disks_at(&disks, kernel, at(i));
-            (0..3).for_each(|c| t[c] += (sum[c] + row.sum(c, i)) as f32);
-        }
-    });
-    EdgeCube::from_texels(n - 1, texels).unwrap_or_default()
-}
-
-fn disks_at(disks: &[SmallLight], kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    let beyond = (kernel.support().min(3.2)).cos();
-    for b in disks {
-        let x = d.dot(b.direction);
-        // A disk beyond the support by more than its radius gives nothing (chord ≤ angle).
-        if x < beyond - 2.0 * b.radius {
-            continue;
-        }
-        let scale = kernel.width().max((2.0 * (1.0 - x)).max(0.0).sqrt());
-        let v = b.mean(scale, |wi| [kernel.value(d.dot(wi))])[0];
-        (0..3).for_each(|c| sum[c] += b.flux[c] * v);
-    }
-    sum
 }
 
 /// Relative RMS difference between lookups of `cube` and exact evaluation at `n` directions.
@@ -223,5 +227,26 @@ mod tests {
         let of_bands = filter_within(&source, &tree, &kernel, (Size::Fixed(8), 200), 1e-3, &task);
         let of_bands = of_bands.expect("nobody cancels");
         assert_eq!((of_bands.way, of_bands.cube.size()), (CubeMethod::Frequency { order: 16 }, 8));
+    }
+
+    /// Where few bands of a light are known, so many are asked for that those which a tolerance needs are among
+    /// them; where it would gain little, no more.
+    #[test]
+    fn an_analysis_has_the_bands_that_a_filter_uses() {
+        let image = SphereImage::from_fn(Layout::LatLong, 256, 128, |d| {
+            [1.0 + (if (9.0 * d.x).sin() > 0.3 { 3.0 } else { 0.0 }), 0.5 + (5.0 * d.y).sin() as f32, 1.0]
+        });
+        let task = Task::quiet();
+        let source = |order| Source::of(Some(image.clone()), Vec::new(), order, &task).expect("quiet");
+        let (few, many) = (source(31), source(400));
+        for alpha in [0.01, 0.03, 0.1, 0.5] {
+            let kernel = Lobe::ggx(alpha);
+            let squares: Vec<f64> = kernel.coefficients(464).iter().map(|k| k * k).collect();
+            let (used, _) = order::of_source(&many, &squares, 0.0, SERIES * 0.01);
+            let enough = bands(&few, &kernel, 0.01, 400);
+            let (_, tail) = order::of_source(&source(enough), &squares, 0.0, SERIES * 0.01);
+            assert!(enough >= used && tail <= SERIES * 0.01 || enough == 31 && tail <= 2.0 * SERIES * 0.01);
+            assert!(enough == 400 || enough < 3 * used.max(31), "{alpha}: {used} {enough}");
+        }
     }
 }

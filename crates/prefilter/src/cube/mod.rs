@@ -5,6 +5,7 @@ mod cube_array;
 pub mod edge_cube;
 pub mod filter;
 pub mod lookup;
+mod small_lights;
 
 pub use cube_array::{CubeArray, cube_array};
 pub use edge_cube::EdgeCube;

@@ -1,6 +1,6 @@
 //! Light convolved with a kernel as images in any layout, for other programs.
 
-mod bands;
+pub(crate) mod bands;
 mod deviation;
 pub mod map;
 pub(crate) mod measure;

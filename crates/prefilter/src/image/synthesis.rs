@@ -34,17 +34,14 @@ pub(crate) fn synthesize(
     PointSynthesis::new(columns, factors, error).image(layout, width, height)
 }
 
-/// Error of [`at_points`], relative to the range of the function.
-const AT_POINTS: f64 = 1e-5;
-
 /// The function of `sh` (world axes), band l multiplied with `factors[l]` and none beyond, in given
-/// directions.
-pub(crate) fn at_points(sh: &ShRgb, factors: &[f64], directions: &[DVec3]) -> [Vec<f32>; 3] {
+/// directions; `error` is relative to the range of the function.
+pub(crate) fn at_points(sh: &ShRgb, factors: &[f64], directions: &[DVec3], error: f64) -> [Vec<f32>; 3] {
     let mut planes: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; directions.len()]);
     // Exchanging the poles twice changes nothing.
     let columns = ColumnsRgb::from_sh(&polar::to_world(sh));
     let [r, g, b] = &mut planes;
-    PointSynthesis::new(&columns, factors, AT_POINTS).at(directions, [r, g, b]);
+    PointSynthesis::new(&columns, factors, error).at(directions, [r, g, b]);
     planes
 }
 

@@ -52,10 +52,47 @@ impl<'a> Split<'a> {
         self.kernel.value(x) * (1.0 - step64(c2 / self.reach2))
     }
 
+    /// K χ as a kernel of its own.
+    pub fn near(&self) -> NearPart<'_> {
+        NearPart { split: self, reach: self.reach() }
+    }
+
     /// Coefficients of K (1 − χ).
     pub fn far(&self, order: usize) -> Vec<f64> {
         let width = self.kernel.width().min(0.1 * self.reach());
         quadrature(|x| self.far_value(x), width, self.kernel.support(), order)
+    }
+}
+
+/// K χ.
+pub(crate) struct NearPart<'a> {
+    split: &'a Split<'a>,
+    reach: f64,
+}
+
+impl Zonal for NearPart<'_> {
+    fn value(&self, x: f64) -> f64 {
+        let c2 = (2.0 * (1.0 - x)).max(0.0);
+        self.split.kernel.value(x) * step64(c2 / self.split.reach2)
+    }
+
+    /// χ changes over a quarter of the reach.
+    fn width(&self) -> f64 {
+        self.split.kernel.width().min(0.25 * self.reach)
+    }
+
+    fn support(&self) -> f64 {
+        self.reach.min(self.split.kernel.support())
+    }
+
+    fn signed(&self) -> bool {
+        self.split.kernel.signed()
+    }
+
+    fn fill(&self, s2: &[f32], out: &mut [f32]) {
+        self.split.kernel.fill(s2, out);
+        let scale = (4.0 / self.split.reach2) as f32;
+        out.iter_mut().zip(s2).for_each(|(k, s2)| *k *= step(scale * s2));
     }
 }
 

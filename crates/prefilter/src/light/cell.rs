@@ -1,6 +1,6 @@
 //! A texel of a lat-long light: a rectangle in θ and φ, over which the light is constant.
 
-use super::small_light::rule;
+use super::small_light::{MOST_NODES, rule};
 use crate::Zonal;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -38,7 +38,7 @@ pub(crate) fn step_scale(kernel: &dyn Zonal) -> f64 {
     let support = kernel.support().min(PI);
     let at = |theta: f64| kernel.value(theta.cos()).abs();
     let peak = (0..=64).map(|k| at(support * f64::from(k) / 64.0)).fold(0.0, f64::max);
-    if support < PI && at(support - 0.01) > 0.05 * peak { STEP } else { f64::INFINITY }
+    if support < PI && at(support - 0.01_f64.min(0.1 * support)) > 0.05 * peak { STEP } else { f64::INFINITY }
 }
 
 impl Cell {
@@ -81,10 +81,11 @@ impl Cell {
         let (x, w) = rule(n);
         let at = |[a, b]: [f64; 2], x: f64| 0.5 * (a + b) + 0.5 * (b - a) * x;
         let all: f64 = x.iter().zip(w).map(|(x, w)| w * at(self.theta, *x).sin()).sum();
+        let mut turns = [(0.0, 0.0); MOST_NODES];
+        turns.iter_mut().zip(x).for_each(|(turn, x)| *turn = at(self.phi, *x).sin_cos());
         for (xt, wt) in x.iter().zip(w) {
             let (s, c) = at(self.theta, *xt).sin_cos();
-            for (xp, wp) in x.iter().zip(w) {
-                let (sin, cos) = at(self.phi, *xp).sin_cos();
+            for ((sin, cos), wp) in turns.iter().zip(w) {
                 put(DVec3::new(s * cos, c, s * sin), 0.5 * wp * wt * s / all);
             }
         }

@@ -11,8 +11,8 @@ const BLOCK: usize = 16;
 
 /// Adds flux · b_l · Y_lm(x, z, y) of every disk, with b_l its spread, and exact integrals over cells.
 pub(crate) fn add_small_lights(to: &mut ShRgb, small_lights: &[SmallLight]) {
-    for (plan, planes) in source::cells(to.order, small_lights) {
-        let more = plan.analyze_polar(planes.each_ref().map(Vec::as_slice));
+    for (size, planes) in source::cells(small_lights) {
+        let more = source::cells_plan(to.order, size).analyze_polar(planes.each_ref().map(Vec::as_slice));
         to.c.iter_mut().zip(&more.c).for_each(|(to, c)| to.iter_mut().zip(c).for_each(|(to, c)| *to += c));
     }
     let small_lights: Vec<SmallLight> = small_lights.iter().filter(|b| b.cell.is_none()).copied().collect();

@@ -11,10 +11,13 @@ use steradian_sphere::quadrature::gauss_legendre;
 
 type Rule = (Vec<f64>, Vec<f64>);
 
-/// Gauss–Legendre rules of 1 … 64 nodes, cached.
+/// Most nodes of a [`rule`].
+pub(crate) const MOST_NODES: usize = 64;
+
+/// Gauss–Legendre rules of 1 … [`MOST_NODES`] nodes, cached.
 pub(crate) fn rule(n: usize) -> &'static Rule {
-    static RULES: [OnceLock<Rule>; 64] = [const { OnceLock::new() }; 64];
-    let n = n.clamp(1, 64);
+    static RULES: [OnceLock<Rule>; MOST_NODES] = [const { OnceLock::new() }; MOST_NODES];
+    let n = n.clamp(1, MOST_NODES);
     RULES[n - 1].get_or_init(|| gauss_legendre(n))
 }
 

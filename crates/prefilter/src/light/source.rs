@@ -30,6 +30,8 @@ pub struct Source {
     pub small_lights: Vec<SmallLight>,
     /// Spectrum of `base` up to the order of the analysis.
     pub spectrum: ShRgb,
+    /// Spectrum of the small lights, which has no end, up to the same order.
+    pub small_spectrum: ShRgb,
     /// ∫ of the square of `base`, all channels.
     pub base_energy: f64,
     /// Energy per band of the whole light: Σ over channels and m of (base + small lights)².
@@ -61,20 +63,34 @@ impl Source {
 
     /// A base image and small lights that [`Source::of`] split, as they were saved.
     pub fn prepared(base: Option<SphereImage>, small_lights: Vec<SmallLight>, order: usize) -> Self {
-        let spectrum = base.as_ref().map_or_else(|| ShRgb::zero(order), |b| sh::project(b, order));
-        Self::assembled(base, small_lights, spectrum)
+        // Bright texels are texels of the same image: one plan serves both.
+        let plan = base.as_ref().map(|b| ([b.width, b.height], cells_plan(order, [b.width, b.height])));
+        let spectrum = match (&base, &plan) {
+            (Some(b), Some((_, plan))) => plan.analyze(b.planes.each_ref().map(Vec::as_slice)),
+            _ => ShRgb::zero(order),
+        };
+        let mut small_spectrum = ShRgb::zero(order);
+        add_with_plan(&mut small_spectrum, &small_lights, plan);
+        Self::of_spectra(base, small_lights, spectrum, small_spectrum)
     }
 
-    /// Assembles the parts, given the spectrum of `base`.
-    pub(crate) fn assembled(
+    /// Assembles the parts.
+    fn of_spectra(
         base: Option<SphereImage>,
         small_lights: Vec<SmallLight>,
         spectrum: ShRgb,
+        small_spectrum: ShRgb,
     ) -> Self {
-        let base_energy = base.as_ref().map_or(0.0, energy);
-        let negative = base.as_ref().is_some_and(|b| b.planes.iter().flatten().any(|&l| l < 0.0));
-        let bands = bands(&spectrum, &small_lights);
-        Self { base, small_lights, spectrum, base_energy, bands, negative }
+        let statistics = base.as_ref().map(Statistics::of);
+        let base_energy = statistics.as_ref().map_or(0.0, |s| s.energy);
+        let negative = statistics.is_some_and(|s| s.negative);
+        let energy = |c: usize, l: usize| {
+            let at = l * l..(l + 1) * (l + 1);
+            let both = spectrum.c[c][at.clone()].iter().zip(&small_spectrum.c[c][at]);
+            both.map(|(base, small)| (base + small).powi(2)).sum::<f64>()
+        };
+        let bands = (0..=spectrum.order).map(|l| (0..3).map(|c| energy(c, l)).sum()).collect();
+        Self { base, small_lights, spectrum, small_spectrum, base_energy, bands, negative }
     }
 
     /// Highest band of the spectrum.
@@ -82,19 +98,43 @@ impl Source {
         self.spectrum.order
     }
 
+    /// Energy of each band of `base`, all channels.
+    pub fn base_bands(&self) -> impl Iterator<Item = f64> + '_ {
+        let channels = &self.spectrum.c;
+        let band = move |l: usize| {
+            let at = l * l..(l + 1) * (l + 1);
+            channels.iter().flat_map(|c| &c[at.clone()]).map(|x| x * x).sum()
+        };
+        (0..=self.order()).map(band)
+    }
+
     /// Coefficients of base and small lights together, up to `order` ≤ the spectrum's.
     pub fn coefficients(&self, order: usize) -> ShRgb {
         let order = order.min(self.order());
-        let mut all =
-            ShRgb { order, c: std::array::from_fn(|c| self.spectrum.c[c][..sh::count(order)].to_vec()) };
-        add_small_lights(&mut all, &self.small_lights);
-        all
+        let all = |c: usize| {
+            let both = self.spectrum.c[c].iter().zip(&self.small_spectrum.c[c]).take(sh::count(order));
+            both.map(|(base, small)| base + small).collect()
+        };
+        ShRgb { order, c: std::array::from_fn(all) }
     }
 }
 
 /// Adds the coefficients of small lights: flux · b_l · Y_lm(centre) of disks, exact integrals over cells.
 pub fn add_small_lights(to: &mut ShRgb, small_lights: &[SmallLight]) {
-    for (plan, planes) in cells(to.order, small_lights) {
+    add_with_plan(to, small_lights, None);
+}
+
+/// [`add_small_lights`] with the plan of a transform of cells of one size at hand.
+fn add_with_plan(to: &mut ShRgb, small_lights: &[SmallLight], plan: Option<([usize; 2], ShTransform)>) {
+    for (size, planes) in cells(small_lights) {
+        let made;
+        let plan = match &plan {
+            Some((of, plan)) if *of == size => plan,
+            _ => {
+                made = cells_plan(to.order, size);
+                &made
+            }
+        };
         let more = plan.analyze(planes.each_ref().map(Vec::as_slice));
         to.c.iter_mut().zip(&more.c).for_each(|(to, c)| to.iter_mut().zip(c).for_each(|(to, c)| *to += c));
     }
@@ -109,8 +149,13 @@ pub fn add_small_lights(to: &mut ShRgb, small_lights: &[SmallLight]) {
     }
 }
 
-/// For each size of image that cells are texels of, a transform and the image that holds those alone.
-pub(crate) fn cells(order: usize, small_lights: &[SmallLight]) -> Vec<(ShTransform, [Vec<f64>; 3])> {
+/// The transform of an image whose texels are cells.
+pub(crate) fn cells_plan(order: usize, [width, height]: [usize; 2]) -> ShTransform {
+    ShTransform::new(order, width, height, Grid::Cells)
+}
+
+/// For each size of image that cells are texels of, the image that holds those alone.
+pub(crate) fn cells(small_lights: &[SmallLight]) -> Vec<([usize; 2], [Vec<f64>; 3])> {
     let mut images: Vec<([usize; 2], [Vec<f64>; 3])> = Vec::new();
     for (small_light, cell) in small_lights.iter().filter_map(|b| Some((b, b.cell?))) {
         let whole = |[a, b]: [f64; 2], circle: f64| (circle / (b - a)).round().max(1.0) as usize;
@@ -126,15 +171,7 @@ pub(crate) fn cells(order: usize, small_lights: &[SmallLight]) -> Vec<(ShTransfo
         let omega = cell.solid_angle();
         (0..3).for_each(|c| images[known].1[c][j * size[0] + i] += small_light.flux[c] / omega);
     }
-    let plan = |[w, h]: [usize; 2]| ShTransform::new(order, w, h, Grid::Cells);
-    images.into_iter().map(|(size, planes)| (plan(size), planes)).collect()
-}
-
-fn bands(spectrum: &ShRgb, small_lights: &[SmallLight]) -> Vec<f64> {
-    let mut all = spectrum.clone();
-    add_small_lights(&mut all, small_lights);
-    let band = |l: usize| all.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]).map(|x| x * x).sum();
-    (0..=all.order).map(band).collect()
+    images
 }
 
 /// The image with at most `rows` rows, area-exact.

@@ -31,9 +31,9 @@ params! {
     }
 }
 
-/// Highest band for lights with edges, that is where more than [`EDGES`] of the energy is beyond [`ORDER`]:
-/// enough for the second level of ten (α = 1/81, k_l about e^(−αl)) to be filtered by bands. Direct sums
-/// would take minutes for its 400 000 texels.
+/// Highest band at most for lights with edges, that is where more than [`EDGES`] of the energy is beyond
+/// [`ORDER`]: enough for the second level of ten (α = 1/81, k_l about e^(−αl)) to be filtered by bands. Direct
+/// sums would take minutes for its 400 000 texels.
 const BANDS: usize = 767;
 const EDGES: f64 = 1e-3;
 /// Tolerance of the chain where the user gives none.
@@ -51,8 +51,13 @@ impl Light {
     pub(super) fn bake(lights: &Lights, p: &Params, task: &Task) -> Result<Self, BakeError> {
         let slug = SplitSum::CARD.slug;
         let mut distant = DistantLight::bake(slug, lights, ORDER, task)?;
+        let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
+        let kernel = |k: usize| GgxMirror::new((k as f64 / (p.levels - 1) as f64).powi(2));
         if beyond(&distant) > EDGES {
-            distant.set_source(Source::new(lights, BANDS, task)?);
+            let bands = filter::bands(distant.source(), &kernel(1), tolerance, BANDS);
+            if bands > ORDER {
+                distant.set_source(Source::new(lights, bands, task)?);
+            }
         }
         let height = lights.environment.as_ref().map_or(64, |e| e.image.height);
         let own = (height / 2).next_power_of_two().clamp(64, 256);
@@ -61,14 +66,12 @@ impl Light {
         if need > task.max_memory() {
             return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
         }
-        let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
         task.begin("prefilter", p.levels as u64);
         let mut levels = vec![mirror(lights, size)];
         for k in 1..p.levels {
             task.advance(1);
-            let kernel = GgxMirror::new((k as f64 / (p.levels - 1) as f64).powi(2));
             let size = filter::Size::UpTo(size);
-            levels.push(filter(distant.source(), &distant.tree, &kernel, size, tolerance, task)?.cube);
+            levels.push(filter(distant.source(), &distant.tree, &kernel(k), size, tolerance, task)?.cube);
         }
         task.end();
         let chain = Chain::new(levels).ok_or_else(|| BakeError::Light { slug, why: "no levels".into() })?;
