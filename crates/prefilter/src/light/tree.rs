@@ -2,9 +2,9 @@
 //! in which far or smooth parts of the light are merged.
 //!
 //! Texels are merged 2 × 2; a node knows its flux, the centroid of its radiance and its radius. A node is
-//! used as a point where its radius is below `OPENING` times the angle over which the other factor varies
+//! used as a point where its radius is below [`Tree::OPENING`] times the angle over which the other factor varies
 //! there, and else opened; texels are divided further. With centroids the error is of second order in
-//! `OPENING`.
+//! that part.
 
 use crate::SmallLight;
 use glam::{DVec3, Vec3};
@@ -13,8 +13,8 @@ use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 use steradian_sphere::SphereImage;
 
-/// Radius over scale below which a node counts as a point.
-const OPENING: f64 = 0.12;
+/// Directions at which [`Tree::integrate_many`] evaluates at once.
+const TOGETHER: usize = 128;
 /// Most times that a texel is quartered.
 const DEEPEST: usize = 12;
 
@@ -57,6 +57,9 @@ fn weight(flux: [f64; 3]) -> f64 {
 }
 
 impl Tree {
+    /// Radius over scale up to which a node counts as a point.
+    pub const OPENING: f64 = 0.12;
+
     /// The hierarchy of a lat-long image (`None`: black) and of small lights in addition.
     pub fn new(
         image: Option<&SphereImage>,
@@ -166,13 +169,51 @@ impl Tree {
         sum
     }
 
+    /// [`Tree::integrate`] of a function of many directions at a time, which `f` may overwrite. Of `bound`
+    /// nothing matters but whether it is what `scale` is, infinite, or else at least the radius over
+    /// [`Tree::OPENING`].
+    pub fn integrate_many(
+        &self,
+        bound: impl Fn(DVec3, f64) -> f64,
+        scale: impl Fn(DVec3, f64) -> f64,
+        f: impl Fn(&mut [DVec3], &mut [[f64; 3]]),
+    ) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        let mut add = |fluxes: &[[f64; 3]], at: &mut [DVec3]| {
+            let mut values = [[0.0; 3]; TOGETHER];
+            f(at, &mut values[..at.len()]);
+            for (flux, v) in fluxes.iter().zip(&values) {
+                (0..3).for_each(|c| sum[c] += flux[c] * v[c]);
+            }
+        };
+        let (mut fluxes, mut at, mut n) = ([[0.0; 3]; TOGETHER], [DVec3::ZERO; TOGETHER], 0);
+        self.visit(&bound, |flux, d| {
+            (fluxes[n], at[n]) = (flux, d);
+            n += 1;
+            if n == TOGETHER {
+                add(&fluxes, &mut at);
+                n = 0;
+            }
+        });
+        add(&fluxes[..n], &mut at[..n]);
+        for b in &self.small_lights {
+            let v = b.mean(scale(b.direction, b.radius), |d| {
+                let mut v = [[0.0; 3]];
+                f(&mut [d], &mut v);
+                v[0]
+            });
+            (0..3).for_each(|c| sum[c] += b.flux[c] * v[c]);
+        }
+        sum
+    }
+
     /// The brightest parts that hold at least `share` of all flux within an angle of about `radius`, at most
     /// `most` of them: suns, lamps, and parts of windows. Each is returned as its direction and its part of
     /// all flux.
     pub fn peaks(&self, radius: f64, share: f64, most: usize) -> Vec<(DVec3, f64)> {
         let mut parts: Vec<(DVec3, f64)> =
             self.small_lights.iter().map(|b| (b.direction, weight(b.flux))).collect();
-        self.visit(|_, _| radius / OPENING, |flux, d| parts.push((d, weight(flux))));
+        self.visit(|_, _| radius / Self::OPENING, |flux, d| parts.push((d, weight(flux))));
         let all: f64 = parts.iter().map(|p| p.1).sum();
         parts.retain(|p| p.1 >= share * all && p.1 > 0.0);
         parts.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -206,7 +247,7 @@ impl Tree {
             if s.is_infinite() {
                 continue;
             }
-            if radius <= OPENING * s {
+            if radius <= Self::OPENING * s {
                 add(node.flux, centre);
             } else if k > 0 {
                 let (w, h) = self.size(k - 1);
@@ -242,7 +283,7 @@ impl Tree {
             if s.is_infinite() {
                 continue;
             }
-            if radius <= OPENING * s || depth == DEEPEST {
+            if radius <= Self::OPENING * s || depth == DEEPEST {
                 add(part.flux, centre);
             } else {
                 for q in 0..4 {
@@ -316,6 +357,24 @@ mod tests {
         assert!((peaks[1].1 - 200.0 * PI * 9e-4 / (flux + 4.0)).abs() < 0.01, "{peaks:?}");
         let even = Tree::new(Some(&image(0.5)), &[], &Task::quiet()).unwrap();
         assert!(even.peaks(0.02, 2e-3, 9).is_empty());
+    }
+
+    #[test]
+    fn many_directions_at_a_time_give_the_bits_of_one() {
+        let image = image();
+        let sun = SmallLight { direction: DVec3::Y, radius: 0.1, flux: [4.0, 1.0, 0.0], cell: None };
+        let tree = Tree::new(Some(&image), &[sun], &Task::quiet()).unwrap();
+        let axis = DVec3::new(0.3, 0.5, -0.8).normalize();
+        let scale = |d: DVec3, radius: f64| {
+            if axis.dot(d) < -0.5 { f64::INFINITY } else { (0.5 * axis.distance(d)).max(0.05 + 0.0 * radius) }
+        };
+        let f = |d: DVec3| [d.x, (3.0 * axis.dot(d)).exp(), 1.0];
+        let one = tree.integrate(scale, f);
+        let many = tree.integrate_many(scale, scale, |at, out| {
+            out.iter_mut().zip(&*at).for_each(|(out, d)| *out = f(*d));
+            at.fill(DVec3::ZERO);
+        });
+        assert_eq!(one.map(f64::to_bits), many.map(f64::to_bits));
     }
 
     #[test]

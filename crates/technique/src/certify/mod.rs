@@ -64,8 +64,8 @@ const LIMIT_PROBES: usize = 1 << 16;
 
 /// Where f_cos(·, wo) is concentrated.
 type Lobes<'a> = Box<dyn Fn(DVec3) -> Vec<Lobe> + Sync + 'a>;
-/// f_cos(wi, wo).
-type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;
+/// f_cos(wi, wo) of many wi.
+type FCos<'a> = Box<dyn Fn(&[DVec3], DVec3, &mut [[f64; 3]]) + Sync + 'a>;
 /// Radiance of a frame towards a local view.
 type Exact<'a> = Box<dyn Fn(&Frame, DVec3) -> [f64; 3] + Sync + 'a>;
 
@@ -79,8 +79,13 @@ pub struct Model<'a> {
     pub whole: bool,
     /// Where f_cos(·, wo) is concentrated.
     pub lobes: Lobes<'a>,
-    /// f_cos(wi, wo).
+    /// f_cos(wi, wo) of many wi.
     pub f_cos: FCos<'a>,
+}
+
+/// f_cos of many directions by that of one.
+pub fn one_by_one<'a>(f: impl Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a) -> FCos<'a> {
+    Box::new(move |wi, wo, out| wi.iter().zip(out).for_each(|(wi, out)| *out = f(*wi, wo)))
 }
 
 impl<'a> Model<'a> {
@@ -90,7 +95,7 @@ impl<'a> Model<'a> {
         Self {
             whole,
             lobes: Box::new(move |wo| other.lobes(wo)),
-            f_cos: Box::new(move |wi, wo| brdf.f_cos(wi, wo)),
+            f_cos: Box::new(move |wi, wo, out| brdf.f_cos_batch(wi, wo, out)),
         }
     }
 
@@ -99,7 +104,7 @@ impl<'a> Model<'a> {
         Self {
             whole: brdf.domain() == Domain::Sphere,
             lobes: Box::new(|wo| brdf.lobes(wo)),
-            f_cos: Box::new(|wi, wo| brdf.f_cos(wi, wo)),
+            f_cos: Box::new(|wi, wo, out| brdf.f_cos_batch(wi, wo, out)),
         }
     }
 
@@ -109,7 +114,7 @@ impl<'a> Model<'a> {
         Self {
             whole: false,
             lobes: Box::new(|_| Vec::new()),
-            f_cos: Box::new(move |wi, _| f.map(|f| f * wi.z.max(0.0))),
+            f_cos: one_by_one(move |wi, _| f.map(|f| f * wi.z.max(0.0))),
         }
     }
 }
@@ -157,14 +162,34 @@ fn radiance(tree: &Tree, m: &Model<'_>, frame: &Frame, wo: DVec3) -> [f64; 3] {
         return [0.0; 3];
     }
     let ridges: Vec<Ridge> = (m.lobes)(wo).iter().map(|l| Ridge::new(l, frame)).collect();
+    let narrowest = ridges.iter().map(|r| r.width).fold(WIDEST, f64::min);
+    let hidden = |d: DVec3, radius: f64| !m.whole && frame.n.dot(d) < -1.6 * radius;
     let scale = |d: DVec3, radius: f64| {
-        if !m.whole && frame.n.dot(d) < -1.6 * radius {
+        if hidden(d, radius) {
+            f64::INFINITY
+        } else {
+            ridges.iter().map(|r| r.scale(d)).fold(WIDEST, f64::min)
+        }
+    };
+    // Most parts of the light are decided by their radius alone, or by the first ridge.
+    let bound = |d: DVec3, radius: f64| {
+        if hidden(d, radius) {
             return f64::INFINITY;
         }
-        ridges.iter().map(|r| r.distance(d)).fold(0.6, f64::min)
+        let needed = radius / Tree::OPENING;
+        if needed > WIDEST || needed <= narrowest {
+            return narrowest;
+        }
+        if ridges.iter().all(|r| r.scale_reaches(d, needed)) { WIDEST } else { narrowest }
     };
-    tree.integrate(scale, |d| (m.f_cos)(frame.to_local(d), wo))
+    tree.integrate_many(bound, scale, |at, out| {
+        at.iter_mut().for_each(|d| *d = frame.to_local(*d));
+        (m.f_cos)(at, wo, out);
+    })
 }
+
+/// Angle, radians, over which every reflectance varies noticeably.
+const WIDEST: f64 = 0.6;
 
 /// A lobe in the world: all directions at an angle from an axis.
 struct Ridge {
@@ -185,10 +210,26 @@ impl Ridge {
 
     /// Angle, radians, over which the lobe varies noticeably at direction `d`: its width near the ridge,
     /// growing with the angular distance from the ridge.
-    fn distance(&self, d: DVec3) -> f64 {
+    fn scale(&self, d: DVec3) -> f64 {
         let angle = angular::angle(0.5 * self.axis.distance(d)) - self.angle;
         // Tails fall like a power of the angle: they vary over a fraction of it.
         (0.5 * angle.abs()).max(self.width)
+    }
+
+    /// Is [`Ridge::scale`] at least `needed`? About a point mostly by the chord's square alone: angles lie
+    /// between the chord and π/2 times it, of chords below 1 and 1.05 times them.
+    fn scale_reaches(&self, d: DVec3, needed: f64) -> bool {
+        if self.width >= needed {
+            return true;
+        }
+        if self.angle == 0.0 {
+            let (quarter, square) = (0.25 * self.axis.distance_squared(d), needed * needed);
+            let longer = if quarter < 0.25 { 1.05 * 1.05 } else { FRAC_PI_2 * FRAC_PI_2 };
+            if quarter >= square || quarter * longer < square {
+                return quarter >= square;
+            }
+        }
+        self.scale(d) >= needed
     }
 }
 
@@ -196,9 +237,9 @@ impl Ridge {
 /// still an upper bound, only a looser one.
 fn affordable(tree: &Tree, m: &Model<'_>, task: &Task) -> Result<usize, Cancelled> {
     let evaluations = AtomicU64::new(0);
-    let count = |_, _| {
-        evaluations.fetch_add(1, Ordering::Relaxed);
-        [0.0; 3]
+    let count = |wi: &[DVec3], _, out: &mut [[f64; 3]]| {
+        evaluations.fetch_add(wi.len() as u64, Ordering::Relaxed);
+        out.fill([0.0; 3]);
     };
     let counted = Model { whole: m.whole, lobes: Box::new(&m.lobes), f_cos: Box::new(count) };
     let few = probes::all(FEWEST / 2, 0.0, tree, &m.lobes);

@@ -33,12 +33,32 @@ fn expensive_reflectance_is_probed_at_fewer_points() {
     let image = crate::shared::trials::lights::furnace().environment.unwrap().image.clone();
     let tree = Tree::new(Some(&image), &[], &Task::quiet()).unwrap();
     let probes = |lobe: Lobe| {
-        let m = Model { whole: true, lobes: Box::new(move |_| vec![lobe]), f_cos: Box::new(|_, _| [1.0; 3]) };
+        let m =
+            Model { whole: true, lobes: Box::new(move |_| vec![lobe]), f_cos: one_by_one(|_, _| [1.0; 3]) };
         affordable(&tree, &m, &Task::quiet()).unwrap()
     };
     assert_eq!(probes(Lobe::Axis { axis: DVec3::Z, width: 0.003 }), PROBES);
     let ridge = probes(Lobe::Arc { normal: DVec3::X, width: 0.003 });
     assert!((FEWEST..PROBES).contains(&ridge), "{ridge}");
+}
+
+/// Chords decide as the angles do, but for the error of the angles themselves.
+#[test]
+fn a_ridge_reaches_what_its_scale_says() {
+    let frame = Frame::from_normal(DVec3::new(0.3, 0.5, -0.2).normalize());
+    let axis = DVec3::new(0.1, -0.4, 0.7).normalize();
+    for lobe in [Lobe::Axis { axis, width: 0.02 }, Lobe::Cone { axis, cosine: 0.4, width: 0.02 }] {
+        let ridge = Ridge::new(&lobe, &frame);
+        for (k, needed) in (0..3000).flat_map(|k| [0.01, 0.05, 0.3, 0.6].map(|n| (k, n))) {
+            let d = steradian_prefilter::probe::direction(k, 3000);
+            let scale = ridge.scale(d);
+            let near = (scale - needed).abs() < 4e-4;
+            assert!(
+                near || ridge.scale_reaches(d, needed) == (scale >= needed),
+                "{lobe:?} {d} {needed} {scale}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::BanksEnv;
 use super::fibre::Fibre;
 use super::plan::{self, Plan};
-use crate::certify::{Model, Report, Target};
+use crate::certify::{Model, Report, Target, one_by_one};
 use crate::shared::light::distant::DistantLight;
 use crate::shared::material::reflectance::Reflectance;
 use crate::shared::tables::chain::Chain;
@@ -89,7 +89,7 @@ pub fn link(
 /// The reflectance that the tables integrate, where the parameters leave n·wi out as the paper does.
 pub fn map<'a>(m: &'a Reflectance, p: &Params) -> Option<Target<'a>> {
     let fibre = Fibre::new(m, p.mean_cosine);
-    let f_cos = Box::new(fibre.f_map());
+    let f_cos = one_by_one(fibre.f_map());
     let model = Model { whole: true, lobes: Box::new(|wo| m.brdf.lobes(wo)), f_cos };
     matches!(m.form(), Form::Strand { kind: Kind::Banks, .. }).then_some(Target::Integral(model))
 }

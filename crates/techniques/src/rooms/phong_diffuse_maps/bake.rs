@@ -2,7 +2,7 @@
 
 use super::PhongDiffuseMaps;
 use super::blend::{Blend, Params};
-use crate::certify::{Model, Report, Target};
+use crate::certify::{Model, Report, Target, one_by_one};
 use crate::shared::light::distant::DistantLight;
 use crate::shared::material::reflectance::Reflectance;
 use crate::shared::once;
@@ -153,7 +153,7 @@ pub fn target(m: &Reflectance, p: &Params) -> Target<'static> {
     Target::Integral(Model {
         whole: true,
         lobes: Box::new(move |wo| vec![Lobe::Axis { axis: reflect(wo, glam::DVec3::Z), width }]),
-        f_cos: Box::new(move |wi, wo| blend.f_cos(wi, wo)),
+        f_cos: one_by_one(move |wi, wo| blend.f_cos(wi, wo)),
     })
 }
 
