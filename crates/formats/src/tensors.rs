@@ -113,11 +113,21 @@ impl TensorData {
 
     fn write(&self, w: &mut dyn Write) -> io::Result<()> {
         match self {
-            Self::F32(v) => v.iter().try_for_each(|x| w.write_all(&x.to_le_bytes())),
-            Self::F16(v) => v.iter().try_for_each(|x| w.write_all(&x.to_le_bytes())),
-            Self::F64(v) => v.iter().try_for_each(|x| w.write_all(&x.to_le_bytes())),
-            Self::U32(v) => v.iter().try_for_each(|x| w.write_all(&x.to_le_bytes())),
-            Self::I8(v) => v.iter().try_for_each(|x| w.write_all(&x.to_le_bytes())),
+            Self::F32(v) => put(v, |x| x.to_le_bytes(), w),
+            Self::F16(v) => put(v, |x| x.to_le_bytes(), w),
+            Self::F64(v) => put(v, |x| x.to_le_bytes(), w),
+            Self::U32(v) => put(v, |x| x.to_le_bytes(), w),
+            Self::I8(v) => put(v, |x| x.to_le_bytes(), w),
+        }
+    }
+
+    /// Are all elements finite?
+    pub fn is_finite(&self) -> bool {
+        match self {
+            Self::F32(v) => v.iter().all(|x| x.is_finite()),
+            Self::F16(v) => v.iter().all(|x| x.is_finite()),
+            Self::F64(v) => v.iter().all(|x| x.is_finite()),
+            Self::U32(_) | Self::I8(_) => true,
         }
     }
 
@@ -131,6 +141,17 @@ impl TensorData {
             _ => return None,
         })
     }
+}
+
+/// Writes elements, many at a time.
+fn put<const N: usize, T: Copy>(v: &[T], bytes: impl Fn(T) -> [u8; N], w: &mut dyn Write) -> io::Result<()> {
+    const TOGETHER: usize = 4096;
+    let mut buffer = vec![[0; N]; TOGETHER.min(v.len())];
+    for v in v.chunks(TOGETHER) {
+        buffer.iter_mut().zip(v).for_each(|(b, x)| *b = bytes(*x));
+        w.write_all(buffer[..v.len()].as_flattened())?;
+    }
+    Ok(())
 }
 
 fn elements<const N: usize, T>(bytes: &[u8], read: fn([u8; N]) -> T) -> Vec<T> {
@@ -200,10 +221,20 @@ impl TensorFile {
     /// Writes the file's bytes: the header's length, the header as JSON padded to 8 bytes, the elements.
     /// Wider elements come first, so that each tensor is aligned.
     pub fn encode(&self, w: &mut dyn Write) -> io::Result<()> {
-        self.encode_with(None, w)
+        self.encode_as(&self.metadata, w)
     }
 
-    fn encode_with(&self, made: Option<TensorParts<'_>>, w: &mut dyn Write) -> io::Result<()> {
+    /// [`TensorFile::encode`] with other metadata.
+    pub fn encode_as(&self, metadata: &BTreeMap<String, String>, w: &mut dyn Write) -> io::Result<()> {
+        self.encode_with(metadata, None, w)
+    }
+
+    fn encode_with(
+        &self,
+        metadata: &BTreeMap<String, String>,
+        made: Option<TensorParts<'_>>,
+        w: &mut dyn Write,
+    ) -> io::Result<()> {
         let wrong =
             |name: &str| Err(io::Error::other(format!("tensor '{name}' does not have its shape's size")));
         let mut order: Vec<(&str, &[usize], Elements<'_>)> = Vec::new();
@@ -219,8 +250,8 @@ impl TensorFile {
         }
         order.sort_by_key(|(.., elements)| std::cmp::Reverse(elements.dtype().1));
         let mut header = serde_json::Map::new();
-        if !self.metadata.is_empty() {
-            header.insert("__metadata__".into(), serde_json::json!(self.metadata));
+        if !metadata.is_empty() {
+            header.insert("__metadata__".into(), serde_json::json!(metadata));
         }
         let mut at = 0usize;
         for (name, shape, elements) in &order {
@@ -303,7 +334,7 @@ pub fn write_tensors(path: &Path, file: &TensorFile) -> Result<(), FormatError> 
 /// Writes `file` and a tensor that is made meanwhile to `path`, whole or not at all: the same bytes as if it
 /// had been among the others.
 pub fn write_tensors_with(path: &Path, file: &TensorFile, made: TensorParts<'_>) -> Result<(), FormatError> {
-    write_atomic(path, |w| file.encode_with(Some(made), w))
+    write_atomic(path, |w| file.encode_with(&file.metadata, Some(made), w))
 }
 
 /// Reads the tensors in `path`.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::{Input, without_folders};
 use steradian_brdf::{Files, SharedBrdf, parse_with, spec_without_folders};
-use steradian_formats::{FormatError, Limits, Tensor, TensorData, TensorFile, read_tensors};
+use steradian_formats::{FormatError, Limits, Tensor, TensorFile, read_tensors};
 use steradian_light::sky;
 use steradian_scene::Mesh;
 use steradian_transfer::mesh_digest;
@@ -355,18 +355,17 @@ fn is_named_so(path: &Path) -> bool {
 
 /// Digest of the tensors and of all metadata.
 fn digest(t: &TensorFile) -> String {
-    let mut bare = t.clone();
-    bare.metadata.remove(DIGEST);
+    let mut metadata = t.metadata.clone();
+    metadata.remove(DIGEST);
     let mut bytes = Vec::new();
     // Tensors whose shapes do not fit are refused when they are written.
-    let _ = bare.encode(&mut bytes);
+    let _ = t.encode_as(&metadata, &mut bytes);
     format!("sha256:{}", Input::of(Path::new(""), &bytes).sha256)
 }
 
 /// The first tensor that holds NaN or infinity.
 pub fn not_finite(t: &TensorFile) -> Option<&str> {
-    let bad = |d: &TensorData| d.to_f64().iter().any(|x| !x.is_finite());
-    t.tensors.iter().find(|(_, x)| bad(&x.data)).map(|(name, _)| name.as_str())
+    t.tensors.iter().find(|(_, x)| !x.data.is_finite()).map(|(name, _)| name.as_str())
 }
 
 #[cfg(test)]
