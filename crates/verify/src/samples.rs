@@ -78,8 +78,17 @@ fn size(v: &[f64; 3]) -> f64 {
 
 /// Below this darkness counts less: a part of the mean of small powers, which suns do not lift.
 pub fn floor(values: &[[f64; 3]]) -> f64 {
-    let n = values.len().max(1) as f64;
-    0.2 * (values.iter().map(|v| size(v).sqrt()).sum::<f64>() / n).powi(2)
+    floor_of(values.iter().map(root).sum::<f64>() / values.len().max(1) as f64)
+}
+
+/// [`floor`] by the mean of [`root`].
+pub fn floor_of(mean: f64) -> f64 {
+    0.2 * mean.powi(2)
+}
+
+/// The power of a value whose mean [`floor`] follows.
+pub fn root(v: &[f64; 3]) -> f64 {
+    size(v).sqrt()
 }
 
 /// The weight of an error's square.

@@ -110,11 +110,12 @@ impl<'a> Bench<'a> {
         let level = |m: usize| {
             let (image, reference, expected) =
                 (&self.input.levels[m], &self.references[m], self.input.expected[m]);
-            let error = Error::between(image, reference, [0, 1, 2], [1.0; 3]);
             let shape = (image.layout, image.width, image.height);
             let as_it_is = self.straight[m];
             let Some((h, exact)) = found else {
                 let gain = self.gain(m);
+                let [error, error_as_found] =
+                    Error::with_gains(image, reference, [0, 1, 2], [[1.0; 3], gain]);
                 return Level {
                     layout: shape.0,
                     width: shape.1,
@@ -125,7 +126,7 @@ impl<'a> Bench<'a> {
                     expected_residual: as_it_is,
                     residual: as_it_is,
                     error,
-                    error_as_found: Error::between(image, reference, [0, 1, 2], gain),
+                    error_as_found,
                 };
             };
             let mut back = h.orientation.undo(image);
@@ -142,7 +143,7 @@ impl<'a> Bench<'a> {
                 scale: h.score.factors[m],
                 expected_residual: as_it_is,
                 residual: h.score.levels[m],
-                error,
+                error: Error::between(image, reference, [0, 1, 2], [1.0; 3]),
                 error_as_found: Error::between(&back, &exact[m], h.channels, h.score.factors[m]),
             }
         };
