@@ -199,7 +199,7 @@ mod tests {
         for (alpha, size) in [(0.0123, 64), (0.05, 64), (0.3, 64), (0.3, 4), (1.0, 16)] {
             let kernel = GgxMirror::new(alpha);
             let of = |source: &Source| {
-                filter::filter(source, &tree, &kernel, Size::Fixed(size), tolerance, &task).expect("quiet")
+                filter(source, &tree, &kernel, Size::Fixed(size), tolerance, &task).expect("quiet")
             };
             let (got, rest) = (of(&source), of(&rest));
             assert!(matches!(got.way, CubeMethod::Frequency { .. }));
