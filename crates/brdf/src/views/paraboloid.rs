@@ -14,7 +14,8 @@ type Rgb = [Vec<f64>; 3];
 
 /// Least n·wo at which reflectance is evaluated: some models grow without bound towards 0.
 pub const GRAZING: f64 = 1e-3;
-/// Lowest power of n·wo that is factored out: its integral against the cosine is still finite.
+/// Lowest power of n·wo that is factored out: from there on the integral against the cosine, ∫ z⁻² z dz, has
+/// no bound.
 pub const LEAST_POLE: f64 = -2.0;
 
 /// Reach of the outer samples of `size`² texels, and the distance between two.

@@ -12,15 +12,20 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 
-/// Fewest elevations, less one.
-const LEAST_INTERVALS: usize = 32;
+/// Fewest elevations, less one: steps of 2.8°. The lowest order alone would ask for 5.6°; towards grazing
+/// views reflectance changes faster than its bands tell.
+const MIN_INTERVALS: usize = 32;
 
-/// Error under white light that an order up to [`RINGS`] may leave, in tolerances. Above that order it is not
-/// considered: lobes that the horizon cuts have no highest band.
-const WHITE: f64 = 0.5;
-const RINGS: usize = 48;
+/// Error under white light that an order below [`RINGING_ORDER`] may leave, in tolerances. A sun's spectrum
+/// does not fall: what an order cuts off there shows as rings about it, which the mean square under natural
+/// light hardly counts.
+const WHITE_ERROR: f64 = 0.5;
+/// Order from which on rings under white light are not looked at: lobes that the horizon cuts have no highest
+/// band, and would be sent to the highest order that is allowed, however smooth they are else.
+const RINGING_ORDER: usize = 48;
 
-/// Candidate orders, lowest first.
+/// Candidate orders, lowest first. Coefficients grow as the square, times elevations that grow with the
+/// order: each of these has 2.3 to 3.4 times the numbers of the one before.
 const ORDERS: [usize; 6] = [8, 16, 24, 32, 48, 64];
 
 /// g_lm(θ_v) at elevations equally spaced over [0, π/2].
@@ -63,7 +68,7 @@ impl Slices {
         for order in ORDERS.into_iter().filter(fit) {
             let (slices, white) = Self::made(brdf, diffuse, order, task)?;
             // A sun's spectrum does not fall: cut off, the lobe would ring about it.
-            let rings = white > (WHITE * tolerance).powi(2) && order < RINGS;
+            let rings = white > (WHITE_ERROR * tolerance).powi(2) && order < RINGING_ORDER;
             if slices.missing <= tolerance * tolerance && !rings {
                 return Ok(slices);
             }
@@ -84,7 +89,7 @@ impl Slices {
     /// The slices, and the share of energy that they miss under white light.
     fn made(brdf: &dyn Brdf, diffuse: [f64; 3], order: usize, task: &Task) -> Result<(Self, f64), Cancelled> {
         // Four intervals in 2θ_v per wavelength of the highest band; bands that high hold little energy.
-        let intervals = (2 * order).max(LEAST_INTERVALS);
+        let intervals = (2 * order).max(MIN_INTERVALS);
         let rule = quadrature::Rule::new(order);
         let slice = |j: usize| {
             task.check()?;
@@ -158,7 +163,7 @@ fn missing(slices: &[quadrature::Slice], order: usize, light: impl Fn(usize) -> 
 
 /// Largest coefficients of the last band, relative to the first: with larger ones the truncated lobe would
 /// ring and become negative.
-const LAST: f64 = 0.01;
+const LAST_BAND: f64 = 0.01;
 
 /// The variance of the Gaussian that makes the last band that small.
 fn blur(slices: &[quadrature::Slice], order: usize) -> f64 {
@@ -171,11 +176,11 @@ fn blur(slices: &[quadrature::Slice], order: usize) -> f64 {
     }
     // Odd or even bands alone may vanish.
     let last = energy[order.saturating_sub(2)..].iter().fold(0.0_f64, |a, e| a.max(*e));
-    if last <= LAST * LAST * energy[0] || energy[0] <= 0.0 {
+    if last <= LAST_BAND * LAST_BAND * energy[0] || energy[0] <= 0.0 {
         return 0.0;
     }
     let share = (last / energy[0]).sqrt().min(1.0);
-    2.0 * (share / LAST).ln() / (order * (order + 1)) as f64
+    2.0 * (share / LAST_BAND).ln() / (order * (order + 1)) as f64
 }
 
 /// Grazing views are moved to this angle, radians, above the surface, where reflectance is still defined.

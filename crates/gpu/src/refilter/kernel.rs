@@ -68,6 +68,8 @@ pub(super) struct Mixture {
 }
 
 /// Approximate relative error of a Gaussian on its cube: it penalises large weights that cancel each other.
+/// For GGX of α = 1/81 weights sum to 1.3 without sign and the predicted error is 0.15 % with 0.005, 1.0 and
+/// 0.19 % with 0.02, 1.0 and 0.34 % with 0.1.
 const NOISE: f64 = 0.02;
 
 /// Least squares in frequency space. Weights of bands lie between those of natural light and of a single

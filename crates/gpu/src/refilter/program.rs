@@ -221,6 +221,7 @@ impl Builder {
     /// Projection of the equiangular cube at `from`: partial sums of 64 samples, then sums of 32 until one is
     /// left, times `factors`.
     pub fn project(&mut self, n: u32, from: u32, bands: usize, factors: &[f64]) {
+        // 25,350 samples of a cube of 64 come to 397 sums, 13 and 1: three passes.
         const SAMPLES: u32 = 64;
         const FAN: u32 = 32;
         let (even, recurrence) = (self.even_weights(n), self.recurrence());

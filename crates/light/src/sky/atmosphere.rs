@@ -6,18 +6,21 @@
 
 use super::spectrum::{BINS, Spectrum, ozone_cross_section, solar, wavelength};
 
-/// Radius of the ground and of the top of the air, metres.
+/// Radius of the ground, metres (Bruneton & Neyret 2008).
 pub(super) const GROUND: f64 = 6_360_000.0;
+/// Radius of the top of the air, metres. At 100 km the air has exp(−12.5) = 4e-6 of its density on the
+/// ground; Bruneton ends at 60 km, with 6e-4.
 pub(super) const TOP: f64 = 6_460_000.0;
 /// Angular radius of the sun, radians (0.2666°).
 pub(super) const SUN_RADIUS: f64 = 0.004_653;
 
+/// Heights over which air and aerosol become thinner by the factor e, metres (Bruneton & Neyret 2008).
 const RAYLEIGH_HEIGHT: f64 = 8000.0;
 const AEROSOL_HEIGHT: f64 = 1200.0;
 /// Aerosol single-scattering albedo (Bruneton 2017).
 const AEROSOL_ALBEDO: f64 = 0.9;
 /// Asymmetry of the aerosol's phase function (Bruneton & Neyret 2008).
-const G: f64 = 0.76;
+const ASYMMETRY: f64 = 0.76;
 /// 300 Dobson units over a tent of half-width 15 km, m⁻³.
 const OZONE_DENSITY: f64 = 300.0 * 2.687e20 / 15_000.0;
 
@@ -79,9 +82,9 @@ pub(super) fn rayleigh_phase(nu: f64) -> f64 {
 
 /// Cornette & Shanks 1992's phase function of the aerosol, sr⁻¹.
 pub(super) fn aerosol_phase(nu: f64) -> f64 {
-    let g2 = G * G;
+    let g2 = ASYMMETRY * ASYMMETRY;
     let k = 3.0 / (8.0 * std::f64::consts::PI) * (1.0 - g2) / (2.0 + g2);
-    k * (1.0 + nu * nu) / (1.0 + g2 - 2.0 * G * nu).powf(1.5)
+    k * (1.0 + nu * nu) / (1.0 + g2 - 2.0 * ASYMMETRY * nu).powf(1.5)
 }
 
 /// Relative densities at radius r.
@@ -104,11 +107,12 @@ pub(super) fn to_ground(r: f64, mu: f64) -> Option<f64> {
 
 /// Amounts from radius r along μ over a length, with steps that grow as the square.
 fn along(r: f64, mu: f64, length: f64) -> Amounts {
-    const STEPS: usize = 128;
+    // Transmittances are 1e-4 off those of 8192 steps at most (300 rays, turbidity 3).
+    const PATH_STEPS: usize = 128;
     let mut sum = [0.0; 3];
-    for i in 0..STEPS {
-        let t = (i as f64 + 0.5) / STEPS as f64;
-        let (s, ds) = (length * t * t, length * 2.0 * t / STEPS as f64);
+    for i in 0..PATH_STEPS {
+        let t = (i as f64 + 0.5) / PATH_STEPS as f64;
+        let (s, ds) = (length * t * t, length * 2.0 * t / PATH_STEPS as f64);
         let d = density((r * r + s * s + 2.0 * r * mu * s).sqrt());
         sum.iter_mut().zip(d).for_each(|(a, d)| *a += d * ds);
     }
@@ -126,6 +130,9 @@ fn column(r: f64, mu: f64) -> Amounts {
     std::array::from_fn(|k| a[k] + b[k])
 }
 
+/// Nodes of the table of columns over radius and cosine, 216 KiB: transmittances between them are 6e-4 off
+/// (RMS of 300 rays, turbidity 3) and 0.012 at most, just above the horizon; with half as many each way 2e-3
+/// and 0.02, with twice as many 2e-4 and 0.005.
 const RADII: usize = 48;
 const COSINES: usize = 192;
 

@@ -101,6 +101,7 @@ impl ClearSky {
     /// One row of texels above the horizon: scattering at a few azimuths from the sun, interpolated; the
     /// phase functions at each texel.
     fn row(&self, air: &Air, multiple: &Multiple, out: [&mut [f32]; 3], height: usize, j: usize) {
+        // Cubics between them are 2e-4 off at most, between 9 of them 1.4e-3 (suns from −3° to 40°).
         const AZIMUTHS: usize = 33;
         let width = out[0].len();
         let mu = (PI * (j as f64 + 0.5) / height as f64).cos().max(0.0);

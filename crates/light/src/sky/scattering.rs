@@ -56,7 +56,9 @@ fn march(air: &Air, ray: Ray, length: f64, steps: usize, mut visit: impl FnMut(S
     transmittance
 }
 
-/// Steps of a view ray.
+/// Steps of a view ray. With 40 radiance is 0.2 to 0.35 % off that of 800 steps (RMS over views from 0.2°
+/// above the horizon to the zenith, turbidity 3, suns from −4° to 80°) and 1 % at most, with 20 four times as
+/// much, with 80 a quarter.
 const VIEW_STEPS: usize = 40;
 
 /// Light scattered towards the origin of a ray that leaves the atmosphere.
@@ -76,10 +78,10 @@ pub(super) fn scattered(air: &Air, multiple: &Multiple, ray: Ray) -> Scattered {
 }
 
 const HEIGHTS: usize = 16;
-const SUNS: usize = 32;
+const SUN_ELEVATIONS: usize = 32;
 /// Lowest and highest elevation of the sun in the table, radians.
-const LOWEST: f64 = -20.0 * PI / 180.0;
-const HIGHEST: f64 = PI / 2.0;
+const MIN_ELEVATION: f64 = -20.0 * PI / 180.0;
+const MAX_ELEVATION: f64 = PI / 2.0;
 
 /// Light of all orders above the first, per scattering coefficient and solar irradiance, by height and sun
 /// elevation: Hillaire 2020, "A scalable and production ready sky and atmosphere rendering technique",
@@ -92,11 +94,13 @@ impl Multiple {
     /// `albedo` is the ground's, per bin.
     pub(super) fn new(air: &Air, albedo: f64) -> Self {
         let (x, w) = gauss_legendre(8);
-        let table = (0..HEIGHTS * SUNS)
+        let table = (0..HEIGHTS * SUN_ELEVATIONS)
             .into_par_iter()
             .map(|k| {
-                let r = radius((k / SUNS) as f64 / (HEIGHTS - 1) as f64);
-                let elevation = LOWEST + (HIGHEST - LOWEST) * (k % SUNS) as f64 / (SUNS - 1) as f64;
+                let r = radius((k / SUN_ELEVATIONS) as f64 / (HEIGHTS - 1) as f64);
+                let elevation = MIN_ELEVATION
+                    + (MAX_ELEVATION - MIN_ELEVATION) * (k % SUN_ELEVATIONS) as f64
+                        / (SUN_ELEVATIONS - 1) as f64;
                 entry(air, albedo, r, elevation.sin(), &x, &w)
             })
             .collect();
@@ -106,8 +110,11 @@ impl Multiple {
     fn look_up(&self, r: f64, mu_s: f64) -> Spectrum {
         let y = ((r - GROUND).max(0.0) / (TOP - GROUND)).sqrt();
         let (j, u) = cell(y * (HEIGHTS - 1) as f64, HEIGHTS);
-        let (i, v) = cell((mu_s.asin() - LOWEST) / (HIGHEST - LOWEST) * (SUNS - 1) as f64, SUNS);
-        let at = |j: usize, i: usize| &self.table[j * SUNS + i];
+        let (i, v) = cell(
+            (mu_s.asin() - MIN_ELEVATION) / (MAX_ELEVATION - MIN_ELEVATION) * (SUN_ELEVATIONS - 1) as f64,
+            SUN_ELEVATIONS,
+        );
+        let at = |j: usize, i: usize| &self.table[j * SUN_ELEVATIONS + i];
         let (a, b, c, d) = (at(j, i), at(j, i + 1), at(j + 1, i), at(j + 1, i + 1));
         std::array::from_fn(|k| (1.0 - u) * ((1.0 - v) * a[k] + v * b[k]) + u * ((1.0 - v) * c[k] + v * d[k]))
     }

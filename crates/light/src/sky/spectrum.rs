@@ -5,6 +5,8 @@ use steradian_formats::cie::{XYZ_TO_REC709, matching};
 
 /// Number of bins, 380 to 740 nm.
 pub(super) const BINS: usize = 18;
+/// Width of a bin, nm, and where the first begins: tables of sun and ozone come in steps of 10 nm, of which a
+/// bin averages two.
 const STEP: f64 = 20.0;
 const FIRST: f64 = 380.0;
 

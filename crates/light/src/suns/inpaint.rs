@@ -3,8 +3,11 @@
 use super::moments::{Grid, Moments};
 use steradian_sphere::SphereImage;
 
-/// Sweeps at most, and the relative change at which they end.
-const SWEEPS: usize = 2000;
+/// Sweeps at most. Each leaves 1 − 2π/side of an error (Young 1954), so that 2.2 sides settle: 2000 suffice
+/// for a square of 900 texels a side.
+const MAX_SWEEPS: usize = 2000;
+/// Change of a sweep, relative to the rim's mean, at which they end: what is left then is side/2π times as
+/// much, 2e-5 of 137 texels, the widest sun by default (6°) in an image of 8192 × 4096.
 const SETTLED: f64 = 1e-6;
 
 /// Replaces `texels` by the function that solves Laplace's equation with the texels around as its rim, where
@@ -41,7 +44,7 @@ fn laplace(near: &[[Result<usize, usize>; 4]], across: &[f64], rim: impl Fn(usiz
     let mut v = vec![start; near.len()];
     let side = (near.len() as f64).sqrt() + 1.0;
     let relax = 2.0 / (1.0 + std::f64::consts::PI / side);
-    for _ in 0..SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut moved: f64 = 0.0;
         for (i, n) in near.iter().enumerate() {
             let at = |n: Result<usize, usize>| n.map_or_else(&rim, |i| v[i]);

@@ -32,11 +32,16 @@ pub(super) const CARD: Card = Card {
 pub(super) const TEXELS: usize = 12;
 /// Radii that are blended.
 pub(super) const RADII: usize = 2;
-/// Part of the kernel beyond its radius, and the largest radius, radians.
+/// Part of the kernel beyond its radius: what is left is normalised, so that the cut shows only where the
+/// light beyond is much brighter.
 const CUT: f64 = 2e-3;
-const FARTHEST: f64 = PI / 3.0;
-/// Texels a side at most.
-const LARGEST: usize = 1024;
+/// Largest radius, radians. The maps reach as far beyond their rims, so that this one makes them (1 + π/3)² =
+/// 4.2 times as large; and from a kernel's axis to 60° the angle of a texel falls by a quarter, so that much
+/// wider disks would be none on the sphere.
+const MAX_RADIUS: f64 = PI / 3.0;
+/// Texels a side at most, across the disk and a kernel's radius on both sides: two maps of 12 bytes a texel
+/// come to 24 MiB.
+const MAX_SIDE: usize = 1024;
 
 /// Mapping of a kernel onto paraboloids.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +58,7 @@ pub struct Footprint {
 
 impl Default for Footprint {
     fn default() -> Self {
-        Self { texels: TEXELS, radii: RADII, farthest: FARTHEST, size: 0 }
+        Self { texels: TEXELS, radii: RADII, farthest: MAX_RADIUS, size: 0 }
     }
 }
 
@@ -94,7 +99,7 @@ pub fn paraboloids(
     let angle = reach(kernel, CUT).min(footprint.farthest);
     let radii = footprint.radii.max(2);
     // In the middle an angle θ is θ/2 of the map.
-    let texel = (0.5 * angle / footprint.texels.max(1) as f64).max(2.0 * (1.0 + angle) / LARGEST as f64);
+    let texel = (0.5 * angle / footprint.texels.max(1) as f64).max(2.0 * (1.0 + angle) / MAX_SIDE as f64);
     let target = if footprint.size > 0 { 2.0 / footprint.size as f64 } else { texel };
     // Lookups read two texels of the result beyond the rim, and there the kernel as much again as its radius.
     let rim = 1.0 + 3.0 * texel.max(target);

@@ -127,7 +127,8 @@ pub fn cube(columns: &ColumnsRgb, size: usize) -> EdgeCube {
     let at = |k: usize| crate::cube::edge_cube::direction(size, k / (n * n), k % n, k / n % n);
     let directions: Vec<DVec3> = (0..6 * n * n).map(at).collect();
     let mut planes: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; directions.len()]);
-    PointSynthesis::new(columns, &[], ERROR).at(&directions, planes.each_mut().map(Vec::as_mut_slice));
+    PointSynthesis::new(columns, &[], SYNTHESIS_ERROR)
+        .at(&directions, planes.each_mut().map(Vec::as_mut_slice));
     let [r, g, b] = &planes;
     let texels = (0..directions.len()).map(|k| [r[k], g[k], b[k], 1.0]).collect();
     EdgeCube::from_texels(size, texels).unwrap_or_default()
@@ -135,10 +136,17 @@ pub fn cube(columns: &ColumnsRgb, size: usize) -> EdgeCube {
 
 /// A function from its coefficients at every texel centre of a layout, to about 1e-6 of its range.
 pub fn image(columns: &ColumnsRgb, (layout, width, height): (Layout, usize, usize)) -> SphereImage {
-    crate::image::synthesize(columns, &vec![1.0; columns.order() + 1], (layout, width, height), 0.5 * ERROR)
+    crate::image::synthesize(
+        columns,
+        &vec![1.0; columns.order() + 1],
+        (layout, width, height),
+        0.5 * SYNTHESIS_ERROR,
+    )
 }
 
-const ERROR: f64 = 1e-6;
+/// Error of synthesis, relative to the range of the function: 17 times the rounding of single precision, in
+/// which texels are kept, and far below any tolerance of the maps.
+const SYNTHESIS_ERROR: f64 = 1e-6;
 
 /// Turns coefficients of each texel between its frame and the world.
 struct FrameRotation {

@@ -9,15 +9,21 @@ use std::f64::consts::FRAC_1_PI;
 /// Gauss and Legendre's nodes on (−1, 1) and weights, 3 points.
 const GAUSS: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
-/// Initial number of cells along a face's edge.
-const FIRST: i32 = 4;
-/// Least initial size of cells on ridges that the reflectance declares, in half edges of the cube.
-const RIDGE: f64 = 0.02;
-/// Cells are divided where that changes ∫ T² by more than this part of it, or ∫ |T|.
-const ENOUGH: [f64; 2] = [1e-4, 3e-4];
-/// Most rounds of division, and most cells.
-const ROUNDS: usize = 12;
-const MOST: usize = 1200;
+/// Initial number of cells along a face's edge; even, so that four of them meet at the mirror direction,
+/// where a highlight is narrowest.
+const INITIAL_CELLS: i32 = 4;
+/// Least width of a ridge that the reflectance declares, half edges of the cube, for which the initial cells
+/// are divided: finer ones are left to the test of the integrals, since a ridge all around the sphere would
+/// take the number of cells that it is long over wide.
+const MIN_RIDGE: f64 = 0.02;
+/// Cells are divided where that changes ∫ T² by more than this part of it, or ∫ |T|: with both, albedos of
+/// the streaks in the test below are within 3e-3.
+const SETTLED: [f64; 2] = [1e-4, 3e-4];
+/// Rounds of division at most: the twelfth makes cells of 1.2e-4 half edges of the cube.
+const MAX_ROUNDS: usize = 12;
+/// Cells from which on none is divided. Each has nine points, so that a view has some 11,000, and each step
+/// of its fit evaluates every lobe at all of them.
+const MAX_CELLS: usize = 1200;
 
 /// A square of a face.
 #[derive(Debug, Clone, Copy)]
@@ -56,9 +62,9 @@ impl Cell {
             Lobe::Axis { axis, width } => (d.dot(axis).clamp(-1.0, 1.0).acos(), 2.0 * width),
             Lobe::Cone { axis, cosine, width } => (
                 (d.dot(axis).clamp(-1.0, 1.0).acos() - cosine.clamp(-1.0, 1.0).acos()).abs(),
-                width.max(RIDGE),
+                width.max(MIN_RIDGE),
             ),
-            Lobe::Arc { normal, width } => (d.dot(normal).abs().min(1.0).asin(), width.max(RIDGE)),
+            Lobe::Arc { normal, width } => (d.dot(normal).abs().min(1.0).asin(), width.max(MIN_RIDGE)),
         };
         self.half > width && distance < reach
     }
@@ -71,9 +77,10 @@ pub(super) fn rule(brdf: &dyn Brdf, diffuse: [f64; 3], wo: DVec3, lobes: &[Lobe]
     let w = mirror(wo);
     let (u, v) = around(w);
     let faces = [[w, u, v], [-w, v, u], [u, v, w], [-u, w, v], [v, w, u], [-v, u, w]];
-    let half = f64::from(FIRST).recip();
+    let half = f64::from(INITIAL_CELLS).recip();
     let place = |k: i32| f64::from(2 * k + 1) * half - 1.0;
-    let grid = || (0..FIRST * FIRST).map(|k| [place(k % FIRST), place(k / FIRST)]);
+    let grid =
+        || (0..INITIAL_CELLS * INITIAL_CELLS).map(|k| [place(k % INITIAL_CELLS), place(k / INITIAL_CELLS)]);
     let first = faces.iter().flat_map(|f| grid().map(|middle| Cell { face: *f, middle, half }));
     let mut cells: Vec<Cell> = Vec::new();
     let mut todo: Vec<Cell> = first.collect();
@@ -102,14 +109,14 @@ pub(super) fn rule(brdf: &dyn Brdf, diffuse: [f64; 3], wo: DVec3, lobes: &[Lobe]
     let mut tried: Vec<(Cell, [f64; 2])> = cells.iter().map(|c| (*c, integrals(c))).collect();
     let mut total = [0, 1].map(|i| tried.iter().map(|t| t.1[i]).sum::<f64>());
     let mut done: Vec<Cell> = Vec::new();
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let mut next = Vec::new();
         for (cell, whole) in std::mem::take(&mut tried) {
             let parts = cell.divided().map(|c| (c, integrals(&c)));
             let change = [0, 1].map(|i| parts.iter().map(|p| p.1[i]).sum::<f64>() - whole[i]);
-            let matters = (0..2).any(|i| change[i].abs() > ENOUGH[i] * total[i]);
+            let matters = (0..2).any(|i| change[i].abs() > SETTLED[i] * total[i]);
             (0..2).for_each(|i| total[i] += change[i]);
-            if matters && done.len() + next.len() < MOST {
+            if matters && done.len() + next.len() < MAX_CELLS {
                 next.extend(parts);
             } else {
                 done.push(cell);
