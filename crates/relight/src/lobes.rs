@@ -39,15 +39,18 @@ pub struct Texel {
 }
 
 /// Range of exponents.
-const EXPONENTS: [f64; 2] = [0.5, 1e4];
-/// Most steps, and the relative decrease of the squared error at which they end.
-const STEPS: usize = 60;
-const GAIN: f64 = 1e-9;
+const EXPONENT_RANGE: [f64; 2] = [0.5, 1e4];
+/// Steps of a search at most.
+const MAX_STEPS: usize = 60;
+/// Relative decrease of the squared error at which a search ends: near a minimum steps of Gauss and Newton
+/// square what is left, so that a small bound costs a step or two.
+const MIN_GAIN: f64 = 1e-9;
 /// Part of a lobe's peak that at least one pair must see. (Without this bound, factors beyond 1e38 were
 /// fitted to a lobe that six lights and views hardly met.)
 const SEEN: f64 = 1e-3;
-/// Step of the differences that approximate derivatives.
-const DELTA: f64 = 1e-5;
+/// Step, radians and in ln n, of the differences that approximate derivatives: central ones err by its
+/// square, 1e-10, and by rounding over it, 1e-11.
+const DIFFERENCE: f64 = 1e-5;
 /// Exponents and directions of C that fits start from: about the mirror direction, nearer to the horizon and
 /// to the normal, stretched either way, and back to the light.
 const STARTS: [f64; 3] = [4.0, 20.0, 100.0];
@@ -80,7 +83,7 @@ fn scaled(c: DVec3) -> DVec3 {
 }
 
 fn exponent(s: Shape) -> f64 {
-    s[2].exp().clamp(EXPONENTS[0], EXPONENTS[1])
+    s[2].exp().clamp(EXPONENT_RANGE[0], EXPONENT_RANGE[1])
 }
 
 /// Factors, and the residuals of the values with them.
@@ -147,14 +150,14 @@ impl Pairs {
         };
         let mut now = self.projected(&shapes, values);
         let mut damping = 1e-3;
-        for _ in 0..STEPS {
+        for _ in 0..MAX_STEPS {
             let slope = |k: usize| -> Vec<f64> {
                 let mut by = vec![0.0; n];
-                by[k] = DELTA;
+                by[k] = DIFFERENCE;
                 let up = self.projected(&moved(&shapes, &by), values);
-                by[k] = -DELTA;
+                by[k] = -DIFFERENCE;
                 let down = self.projected(&moved(&shapes, &by), values);
-                up.rest.iter().zip(&down.rest).map(|(a, b)| (a - b) / (2.0 * DELTA)).collect()
+                up.rest.iter().zip(&down.rest).map(|(a, b)| (a - b) / (2.0 * DIFFERENCE)).collect()
             };
             let slopes: Vec<Vec<f64>> = (0..n).map(slope).collect();
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
@@ -174,7 +177,8 @@ impl Pairs {
                 let most = step.iter().fold(1.0f64, |m, x| m.max(x.abs()));
                 let step: Vec<f64> = step.iter().map(|x| x / most).collect();
                 let mut next = moved(&shapes, &step);
-                next.iter_mut().for_each(|s| s[2] = s[2].clamp(EXPONENTS[0].ln(), EXPONENTS[1].ln()));
+                next.iter_mut()
+                    .for_each(|s| s[2] = s[2].clamp(EXPONENT_RANGE[0].ln(), EXPONENT_RANGE[1].ln()));
                 let then = self.projected(&next, values);
                 if then.square < now.square {
                     (shapes, now) = (next, then);
@@ -183,7 +187,7 @@ impl Pairs {
                 }
                 damping *= 5.0;
             }
-            if before - now.square <= GAIN * before {
+            if before - now.square <= MIN_GAIN * before {
                 break;
             }
         }

@@ -25,10 +25,11 @@ const INVISIBLE: f64 = 0.01;
 const USEFUL: f64 = 0.25;
 /// With a larger error, a notice suggests the reference, and more time is spent on better techniques.
 const VISIBLE: f64 = 0.05;
-/// Angle from the normal, degrees, from which on views count as grazing; and the error there from which on
-/// silhouettes show it.
+/// Angle from the normal, degrees, from which on views count as grazing.
 const GRAZING: f64 = 80.0;
-const SPECKS: f64 = 0.25;
+/// Error of such views from which on silhouettes show it as rings and specks: what [`USEFUL`] allows of all
+/// views.
+const GRAZING_ERROR: f64 = 0.25;
 /// Widths of lobes count as alike if they differ at most by this factor.
 const ALIKE: f64 = 10.0;
 
@@ -317,7 +318,7 @@ impl Session {
 fn grazing(c: &Certificate) -> Option<f64> {
     let grazing = c.elevations.iter().filter(|e| e.theta_o >= GRAZING.to_radians());
     let worst = grazing.map(|e| e.error).fold(0.0, f64::max);
-    (worst > SPECKS && worst > 2.0 * c.error).then_some(worst)
+    (worst > GRAZING_ERROR && worst > 2.0 * c.error).then_some(worst)
 }
 
 /// The techniques that take a material, in the order in which they are tried: those made for its reflectance

@@ -42,9 +42,11 @@ pub(crate) struct Effort {
 }
 
 impl Effort {
-    /// Pixels a side of the small picture by which the error of an effort is measured, and the factor of the
-    /// greater effort that it is compared with.
-    const SIDE: usize = 20;
+    /// Pixels a side of the small picture by which the error of an effort is measured.
+    const CHECK_SIDE: usize = 20;
+    /// Factor of the greater effort that it is compared with: the reference's own estimate, which adds up
+    /// cells whose errors cancel, asks for 30,000 to 250,000 evaluations a point of a measured table where
+    /// 5,000 to 10,000 are 0.01 % off.
     const FINER: u64 = 5;
 
     fn finer(self) -> Self {
@@ -254,7 +256,7 @@ impl Session {
             };
             Ok(render(&stage, &settings, &self.task)?)
         };
-        let small = Settings { inner: 1, edge: 1, ..Settings::new(Effort::SIDE, Effort::SIDE) };
+        let small = Settings { inner: 1, edge: 1, ..Settings::new(Effort::CHECK_SIDE, Effort::CHECK_SIDE) };
         let (coarse, fine) = (film(effort, small)?, film(effort.finer(), small)?);
         let own = errors(&coarse, &fine, |i| fine.alpha[i] > 0.999).relative_rms;
         Ok((Truth::new(film(effort, case.settings)?, None, case.scene, 0.0), own))

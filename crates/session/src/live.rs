@@ -52,8 +52,10 @@ pub struct Live {
     preview: bool,
 }
 
-/// Tolerance and rows of the light of previews.
+/// Tolerance of previews at least: they are there within a tenth of a second or two, and stand in until data
+/// of the scene's own tolerance are baked.
 const PREVIEW_TOLERANCE: f64 = 0.2;
+/// Rows of the light of previews at most: texels of 1.4°.
 const PREVIEW_ROWS: usize = 128;
 
 /// Changes of an object by another view.

@@ -111,6 +111,7 @@ impl Saved {
     /// The matrices of glossy transfer at `sites`, those of the transfer, whose visibility has 2·bands − 1
     /// bands: bands⁴ numbers a site, made for some sites at a time.
     pub fn matrices(&self, sites: &[Site]) -> impl Iterator<Item = Vec<f32>> {
+        // 1 MiB at a time of the most bands, 8.
         const SITES: usize = 64;
         let products = Products::new(self.transfer.bands);
         sites.chunks(SITES).enumerate().map(move |(k, sites)| {

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use steradian_base::Input;
 
+/// Bytes of the key at the beginning of the file.
 const KEY: usize = 64;
 
 /// The file of finished parts.

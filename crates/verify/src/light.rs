@@ -55,11 +55,13 @@ impl Reading {
 /// All readings.
 pub const READINGS: [Reading; 3] = [Reading::Cells, Reading::Points, Reading::Bilinear];
 
-/// Most rows of a light that is refined for other readings: those of larger ones hardly differ.
+/// Most rows of a light that is refined for other readings, to three times as many: those of larger ones
+/// hardly differ.
 const READ_ROWS: usize = 256;
-/// Rows up to which texels are divided.
+/// Rows up to which texels are divided: to 0.016 radians, little more than the steps of rings far out.
 const DIVIDED_ROWS: usize = 192;
-/// Most rows of the light by which hypotheses are compared.
+/// Most rows of the light by which hypotheses are compared: texels of 3e-3 radians, less than any kernel
+/// resolves ([`FINEST`]).
 const MAX_ROWS: usize = 1024;
 
 impl Alteration {
@@ -114,7 +116,7 @@ pub struct View<'a> {
     finest: Vec<f64>,
 }
 
-/// Bounds of that angle, radians.
+/// Bounds of that angle, radians: ten times the first node of rings, and 3.4° however wide the kernel is.
 const FINEST: (f64, f64) = (5e-3, 0.06);
 
 impl<'a> View<'a> {
@@ -309,6 +311,7 @@ fn supersampled(image: &SphereImage, view: &View<'_>, m: usize) -> Column {
 
 /// Contributions of separate suns to the samples whose texels they cover.
 fn sun_shares(suns: &[SmallLight], view: &View<'_>, m: usize) -> Vec<(usize, [f64; 3])> {
+    // 144 points, of equal parts of the disk.
     const RINGS: usize = 6;
     let (level, samples) = (&view.levels[m], &view.samples[m]);
     let at: HashMap<_, _> = samples.texels.iter().enumerate().map(|(k, t)| (*t, k)).collect();
@@ -340,9 +343,11 @@ pub struct Layers {
     columns: Vec<Vec<Column>>,
 }
 
-/// Layers per octave of radiance, and most octaves.
+/// Layers per octave of radiance: clipping between two edges is interpolated.
 const PER_OCTAVE: f64 = 1.0;
-const LAYERS: usize = 20;
+/// Most layers, each of which is filtered for every level: a factor of 1e6 between the mean and the
+/// brightest.
+const MAX_LAYERS: usize = 20;
 
 impl Layers {
     /// Layers of the light under fixed kernels; `None` where nothing is bright.
@@ -361,7 +366,7 @@ impl Layers {
         if peak <= 1.5 * mean || n == 0 {
             return Ok(None);
         }
-        let count = ((peak / mean).log2() * PER_OCTAVE).ceil().clamp(2.0, LAYERS as f64) as usize;
+        let count = ((peak / mean).log2() * PER_OCTAVE).ceil().clamp(2.0, MAX_LAYERS as f64) as usize;
         let edges: Vec<f64> =
             (0..=count).map(|k| mean * (peak / mean).powf(k as f64 / count as f64)).collect();
         let mut columns = Vec::new();
@@ -399,6 +404,7 @@ impl Layers {
 
     /// Radiances to try: each layer in parts.
     pub fn radiances(&self) -> Vec<f64> {
+        // Radiances 7 % apart in a layer of an octave.
         const PARTS: usize = 10;
         let inside = |w: &[f64]| {
             let (a, b) = (w[0], w[1]);

@@ -18,9 +18,12 @@ pub struct Samples {
     pub weights: Vec<f64>,
 }
 
-/// Number of texels spread over the map, and of steps outwards from its brightest points.
+/// Texels spread over the map; with eight around each of six circles a level has 120 at most, on each of
+/// which every hypothesis is evaluated.
 const SPREAD: usize = 72;
-const STEPS: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0];
+/// Radii, in texels, of the circles around its brightest point: doubled, since kernels of all widths are told
+/// apart there.
+const STEPS_OUT: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0];
 
 impl Samples {
     /// Samples of `image`, many of them around its brightest texel; texels for which `sound` is false do not
@@ -37,7 +40,7 @@ impl Samples {
             let centre = brightest(image, sound);
             let side = centre.any_orthonormal_vector();
             let up = centre.cross(side);
-            for radius in STEPS.map(|s| (s * step).min(1.5)) {
+            for radius in STEPS_OUT.map(|s| (s * step).min(1.5)) {
                 for k in 0..8 {
                     let (s, c) = (std::f64::consts::FRAC_PI_4 * k as f64 + radius).sin_cos();
                     let d = centre * radius.cos() + (c * side + s * up) * radius.sin();

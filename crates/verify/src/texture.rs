@@ -146,11 +146,11 @@ pub fn steps(image: &SphereImage) -> Option<Encoding> {
 /// Bits of mantissa that red, green and blue use, where these are as few as those of packed floats (6, 6 and
 /// 5 in B10G11R11); `None` of others, and of images too plain to tell.
 fn mantissas(image: &SphereImage) -> Option<[i32; 3]> {
-    const MOST: u32 = 6;
+    const MAX_BITS: u32 = 6;
     let used = |v: &f32| f32::MANTISSA_DIGITS - 1 - (v.to_bits() | 1 << 23).trailing_zeros();
     let most = image.planes.each_ref().map(|p| p.iter().map(used).max().unwrap_or(0));
     let [low, high] = [most.iter().min(), most.iter().max()].map(|n| n.copied().unwrap_or(0));
-    (high <= MOST && low >= MOST - 1).then(|| most.map(|n| n as i32))
+    (high <= MAX_BITS && low >= MAX_BITS - 1).then(|| most.map(|n| n as i32))
 }
 
 /// The weighted relative error that rounding to steps makes. `step` of floats that are divided by their

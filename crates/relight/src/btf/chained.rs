@@ -73,7 +73,7 @@ struct Fit<'a> {
 }
 
 /// Most rounds.
-const ROUNDS: usize = 24;
+const MAX_ROUNDS: usize = 24;
 /// Relative decrease of the squared error at which rounds end.
 const GAIN: f64 = 1e-3;
 /// Weight that holds a table to its previous values, relative to the mean of its system's diagonal.
@@ -127,7 +127,7 @@ impl Chained {
         let energy = of.energy();
         let mut errors: Vec<f64> = Vec::new();
         let mut kept = None;
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             fit.fit_texels(go_on);
             let moments = fit.moments(go_on);
             if !go_on() {
@@ -280,13 +280,15 @@ impl<'a> Fit<'a> {
 
     /// Sums over texels and colours with P fixed.
     fn moments(&self, go_on: GoOn<'_>) -> Moments {
-        const TEXELS: usize = 64;
+        // A block has sums of its own, terms for each pair, which are added in order whatever the threads:
+        // with so many texels that costs a 64th of what they do.
+        const BLOCK_TEXELS: usize = 64;
         let (j, n, texels) = (self.terms, self.halves * self.terms, self.of.texels());
         let some = |b: usize| {
             let mut sides = vec![0.0f64; self.places.len() * j];
             let mut gram = vec![0.0f64; n * n];
             let mut row = vec![0.0; self.of.dimension()];
-            for x in b * TEXELS..((b + 1) * TEXELS).min(texels) {
+            for x in b * BLOCK_TEXELS..((b + 1) * BLOCK_TEXELS).min(texels) {
                 self.of.part(x, 0, &mut row);
                 let own = &self.texels[x * 3 * n..][..3 * n];
                 for (p, value) in row.chunks_exact(3).enumerate() {
@@ -308,7 +310,7 @@ impl<'a> Fit<'a> {
         };
         let (mut sides, mut gram) = (vec![0.0; self.places.len() * j], vec![0.0; n * n]);
         // A few blocks at a time: each has sums for all pairs.
-        let blocks: Vec<usize> = (0..texels.div_ceil(TEXELS)).collect();
+        let blocks: Vec<usize> = (0..texels.div_ceil(BLOCK_TEXELS)).collect();
         for group in blocks.chunks(32).take_while(|_| go_on()) {
             let sums: Vec<(Vec<f64>, Vec<f64>)> =
                 group.par_iter().with_max_len(1).map(|b| some(*b)).collect();

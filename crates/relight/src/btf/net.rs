@@ -30,9 +30,12 @@ pub struct Net {
     pub starts: Vec<u32>,
 }
 
-/// Number of further corners around the horizon, and their distance from the centre of the disk.
+/// Number of further corners around the horizon, and their distance from the centre of the disk: from 1.002
+/// on their polygon covers it; at 1.35 they are two of their spacings off, so that triangles at the horizon
+/// are no slivers.
 const RING: (usize, f64) = (48, 1.35);
-/// Displacement of projections, so that no four lie on a circle.
+/// Displacement of projections, so that no four lie on a circle: far above the rounding of double precision,
+/// below that of single, in which weights are kept.
 const MOVED: f64 = 1e-8;
 /// Most triangles that a search walks through.
 pub const MOST_STEPS: usize = 64;
@@ -51,10 +54,16 @@ fn encircled([a, b, c]: [DVec2; 3], d: DVec2) -> bool {
 
 /// Delaunay's triangles of points within a few units of the origin.
 fn delaunay(points: &[DVec2]) -> Vec<Corners> {
-    const FAR: f64 = 1e4;
+    // Circles through a far corner bulge from the straight line by chord²/(4 FAR_CORNER): 8e-7 between two
+    // corners of [`RING`], so that no triangle at the border is lost.
+    const FAR_CORNER: f64 = 1e4;
     let n = points.len();
     let mut p = points.to_vec();
-    p.extend([DVec2::new(-2.0 * FAR, -FAR), DVec2::new(2.0 * FAR, -FAR), DVec2::new(0.0, 2.0 * FAR)]);
+    p.extend([
+        DVec2::new(-2.0 * FAR_CORNER, -FAR_CORNER),
+        DVec2::new(2.0 * FAR_CORNER, -FAR_CORNER),
+        DVec2::new(0.0, 2.0 * FAR_CORNER),
+    ]);
     let mut all: Vec<Corners> = vec![[n, n + 1, n + 2]];
     for k in 0..n {
         let mut edges: HashMap<(usize, usize), usize> = HashMap::new();

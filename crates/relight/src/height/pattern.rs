@@ -58,6 +58,7 @@ impl Pattern {
 
 /// The higher one of two threads that cross: round ones whose middles rise and fall.
 fn weave(x: f64, y: f64) -> f64 {
+    // Each way; even, so that over and under continue on the next tile.
     const THREADS: f64 = 6.0;
     let thread = |across: f64, along: f64| {
         let s = 2.0 * (across.rem_euclid(1.0) - 0.5) / 0.92;
@@ -72,8 +73,9 @@ fn weave(x: f64, y: f64) -> f64 {
 /// Difference between the distances to the second nearest and to the nearest of some points (Worley 1996),
 /// limited where clods are flat.
 fn cracks(x: f64, y: f64) -> f64 {
-    const POINTS: u64 = 24;
-    const WIDE: f64 = 0.06;
+    // A fifth of the width apart; slopes take half of CRACK_WIDTH on either side, a third of a clod.
+    const CLODS: u64 = 24;
+    const CRACK_WIDTH: f64 = 0.06;
     let unit = |k: u64| {
         // Steele, Lea & Flood 2014, SplitMix.
         let mut z = (k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -83,10 +85,10 @@ fn cracks(x: f64, y: f64) -> f64 {
     };
     let around = |a: f64, b: f64| (a - b + 0.5).rem_euclid(1.0) - 0.5;
     let (mut first, mut second) = (f64::INFINITY, f64::INFINITY);
-    for k in 0..POINTS {
+    for k in 0..CLODS {
         let d = around(x, unit(2 * k)).hypot(around(y, unit(2 * k + 1)));
         (first, second) = (first.min(d), second.min(d.max(first)));
     }
-    let t = ((second - first) / WIDE).clamp(0.0, 1.0);
+    let t = ((second - first) / CRACK_WIDTH).clamp(0.0, 1.0);
     0.5 - 0.5 * (0.5 * TAU * t).cos()
 }

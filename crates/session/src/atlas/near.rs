@@ -12,7 +12,8 @@ use steradian_techniques::local::{AnyLocal, LocalBake, LocalFrame};
 use steradian_techniques::shared::trials::{lights, specimens};
 use steradian_techniques::{LocalLights, Material, PointsBuf, Radiance, TexelReflectance, View};
 
-/// The least change of a picture by data per texel that counts as one.
+/// The least change of a picture by data per texel that counts as one: less is no more than an error that
+/// pictures do not show.
 const CHANGED: f64 = 0.01;
 /// Where points lie, their normals times this: off a point light that is 1.6 from the origin.
 const RADIUS: f32 = 1.0;

@@ -76,7 +76,7 @@ const ANISOTROPIC: [&str; 6] = [
     "kajiya-kay:s=16",
     "banks:n=30",
 ];
-/// Number of points at which shading is tried.
+/// Number of points at which shading is tried, spread over a sphere, some 25° apart.
 const POINTS: usize = 64;
 /// Relative error of the reference at them.
 const TOLERANCE: f64 = 1e-2;
@@ -84,18 +84,22 @@ const TOLERANCE: f64 = 1e-2;
 const TILT: f64 = 0.3;
 /// The error with turned normals may be larger than with the surface's own by this factor and this much.
 pub(super) const BUMPED: [f64; 2] = [1.5, 0.02];
-/// Width of the lobe that a point brings with itself, and how far it may be from a bake of that width.
+/// Width of the lobe that a point brings with itself: not that of [`GLOSSY`], 0.25, which a technique that
+/// ignores it would show.
 const OWN_WIDTH: f64 = 0.4;
+/// Relative error up to which its shading counts as that of a bake of that width.
 const OWN_WIDTH_WITHIN: f64 = 0.05;
 /// A technique with self-shadowing passes if its error is at most this part of that of the integral without
 /// shadows: smaller by more than the noise of the path tracer.
 const SHADOWED: f64 = 0.95;
-/// Size of the pictures in constant light, and the noise of their paths at least: shadows matter ten times as
-/// much there.
-const TINY: [usize; 2] = [32, 24];
+/// Size, pixels, of the pictures in constant light: shadows matter ten times as much there, so that few
+/// pixels tell.
+const FURNACE_SIZE: [usize; 2] = [32, 24];
+/// Relative noise of their paths at least, for the same reason.
 const COARSE_NOISE: f64 = 0.05;
-/// Size of the pictures with interreflection, and their number of scattering events.
-const SMALL: [usize; 2] = [64, 48];
+/// Size, pixels, of the pictures with interreflection, of which each technique has two.
+const BOUNCED_SIZE: [usize; 2] = [64, 48];
+/// Their scattering events.
 const BOUNCES: u32 = 3;
 
 impl Session {
@@ -143,8 +147,9 @@ impl Session {
     ) -> Result<Outcome, Error> {
         let seen = shadows(t.card().slug, chapters);
         let (Outcome::Fails(under), Some(params)) = (&seen, shadowing(t)) else { return Ok(seen) };
-        let [with, without] =
-            self.under_constant_light(t, params, TINY, plan.noise.max(COARSE_NOISE))?.map(|e| 100.0 * e);
+        let [with, without] = self
+            .under_constant_light(t, params, FURNACE_SIZE, plan.noise.max(COARSE_NOISE))?
+            .map(|e| 100.0 * e);
         let text = format!(
             "under constant light {with:.1} % off, without shadows {without:.1} %; by its own {under}"
         );
@@ -187,7 +192,7 @@ impl Session {
             let spec = if takes(t.card(), MATTE) { MATTE } else { usual_specimen(t.card()) };
             groups.entry(spec).or_default().push(t);
         }
-        let small = Plan { size: SMALL, ..plan.clone() };
+        let small = Plan { size: BOUNCED_SIZE, ..plan.clone() };
         let comparison = Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0 };
         let mut out = BTreeMap::new();
         for (spec, techniques) in groups {
@@ -221,7 +226,7 @@ impl Session {
         if !super::scatters(t) {
             return Ok(None);
         }
-        let small = Plan { size: SMALL, ..plan.clone() };
+        let small = Plan { size: BOUNCED_SIZE, ..plan.clone() };
         let comparison = Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0 };
         let mut error = |params: &str| -> Result<f64, Error> {
             let (_, scene, other) = self.near(&small, t, &format!("{}{params}", t.card().slug))?;

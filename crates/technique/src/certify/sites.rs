@@ -20,14 +20,16 @@ use steradian_sphere::Frame;
 use steradian_sphere::sampling::{Pcg32, R2, SphereDistribution, cone, cosine_hemisphere};
 use steradian_transfer::Site;
 
-/// Default number of points at which radiance is compared, and the number of views of each.
+/// Default number of points at which radiance is compared.
 pub const SITES: usize = 96;
+/// Views of each point: one from anywhere above it, and one whose mirror direction points at the light.
 const VIEWS: usize = 2;
-/// Number of random shifts of the lattice, and of its points for [`SITES`] points of the surface; where there
-/// are more of these, each gets fewer.
+/// Random shifts of the lattice: of a noise that eight means show, a quarter (1/√14) is chance.
 const SHIFTS: u64 = 8;
-const POINTS: usize = 256;
-/// Distance that rays start off the surface, along the normal.
+/// Points of the lattice for [`SITES`] points of the surface: 393,216 paths in all. Where there are more of
+/// these, each gets fewer.
+const LATTICE: usize = 256;
+/// Distance, scene units, that rays start off the surface, along the normal: the path tracer's default.
 const OFFSET: f32 = 1e-4;
 /// Definition of the stated error, as certificates print it.
 const METRIC: &str = "relative RMS error of outgoing radiance over points of the mesh and views, half of them mirroring light, against paths through it";
@@ -237,7 +239,7 @@ impl<'a> Through<'a> {
     fn radiance(&self, site: Site, frame: Frame, wo: DVec3, index: u64) -> ([f64; 3], f64) {
         let v = Vertex { p: site.p.as_dvec3(), side: frame.n, frame, wo, brdf: self.paths.brdf };
         let mut means = Vec::new();
-        let points = (POINTS * SITES / self.paths.points.max(1)).max(1) as u32;
+        let points = (LATTICE * SITES / self.paths.points.max(1)).max(1) as u32;
         for shift in 0..SHIFTS {
             let mut random = Pcg32::new(index, shift);
             let lattice = R2 { shift: DVec2::new(random.next_f64(), random.next_f64()) };

@@ -9,9 +9,11 @@ use steradian_brdf::central::{Argument, CentralError, Centre, Lpq, Slice, Slices
 
 /// Elevations of the fit.
 const ELEVATIONS: usize = 45;
-/// F of the slices at first, and the highest F that a tolerance may raise it to.
-const LEAST: usize = 48;
-const MOST: usize = 96;
+/// F of the slices at first.
+const FIRST_ORDER: usize = 48;
+/// The highest F that a tolerance may raise it to: as high as the light's spectrum reaches for any technique
+/// ([`crate::shared::material::views::MOST`]).
+const MAX_ORDER: usize = 96;
 /// Number of elevations, F and P of the fits by which centres are compared.
 const TRIAL: (usize, usize, usize) = (8, 16, 2);
 /// F must represent the lobe for views up to this angle from the normal, degrees.
@@ -47,8 +49,8 @@ pub fn material(slug: &'static str, m: &Material, p: &Orders, task: &Task) -> Re
     let centre = p.centre.map_or_else(|| best_centre(brdf, task), Ok).map_err(&refused)?;
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
     let share = (0.5 * tolerance).powi(2);
-    let least = [p.order.unwrap_or(LEAST), AZIMUTH];
-    let most = [p.order.unwrap_or(MOST), AZIMUTH];
+    let least = [p.order.unwrap_or(FIRST_ORDER), AZIMUTH];
+    let most = [p.order.unwrap_or(MAX_ORDER), AZIMUTH];
     let elevations = elevations(centre, ELEVATIONS);
     Kernels::new(m, centre, &elevations, &[least, most], VIEWS.to_radians(), share, task).map_err(refused)
 }

@@ -5,15 +5,17 @@ use std::f64::consts::FRAC_PI_2;
 use steradian_parallel::prelude::*;
 use steradian_prefilter::{Source, edge_cube, order};
 
-/// Fewest and most slices over α = 0 … π/2, where the user gives no number.
-const LEAST: usize = 5;
-const MOST: usize = 97;
+/// Fewest slices over α = 0 … π/2, where the user gives no number: steps of 22.5°.
+const MIN_SLICES: usize = 5;
+/// Most slices, where the user gives no number: steps of 0.94°, and 148 MiB of cubes of [`MAX_SIZE`], 16
+/// bytes a texel.
+const MAX_SLICES: usize = 97;
 /// Angles α at which kernels are sampled.
 const SAMPLES: usize = 24;
 /// Weight of views along the tangent.
-const ALONG: f64 = 0.1;
+const ALONG_TANGENT: f64 = 0.1;
 /// Most intervals per cube edge, where the user gives no number.
-const SIZE: usize = 128;
+const MAX_SIZE: usize = 128;
 /// Shares of the tolerance: for bands left out, interpolation between slices, and interpolation between
 /// texels. Their squares sum to a third, since certificates state more than the measured error.
 const PARTS: [f64; 3] = [0.2, 0.35, 0.42];
@@ -58,7 +60,7 @@ impl Kernels {
             let alpha = FRAC_PI_2 * (i as f64 + 0.5) / SAMPLES as f64;
             // Views are uniform over the sphere about the tangent, sin α dα; views along the tangent get a
             // small weight too.
-            let w = (alpha.sin() + ALONG) / SAMPLES as f64;
+            let w = (alpha.sin() + ALONG_TANGENT) / SAMPLES as f64;
             let [a, m, b] = [-step, 0.0, step].map(|d| fibre.coefficients(alpha + d, order));
             let bend = |l: usize| w * ((a[l] - 2.0 * m[l] + b[l]) / (step * step)).powi(2);
             let energy: Vec<f64> = m.iter().map(|k| w * k * k).collect();
@@ -90,7 +92,7 @@ impl Plan {
         let curvature =
             relative(product(&bend, &source.bands), product(&energy, &source.bands)) / 120.0_f64.sqrt();
         let needed = (FRAC_PI_2 * (curvature / (PARTS[1] * tolerance)).sqrt()).ceil() as usize + 1;
-        let slices = if slices > 0 { slices } else { needed.clamp(LEAST, MOST) };
+        let slices = if slices > 0 { slices } else { needed.clamp(MIN_SLICES, MAX_SLICES) };
         let between = curvature * alpha(1, slices).powi(2);
         let flux2: f64 = source.small_lights.iter().flat_map(|b| b.flux).map(|f| f * f).sum();
         let (order, tail) = order::of_source(source, &energy, flux2, PARTS[0] * tolerance);
@@ -113,7 +115,7 @@ fn resolution(source: &Source, energy: &[f64], size: usize, limit: f64) -> (usiz
     if size > 0 {
         return (size, error(size));
     }
-    let sizes = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, SIZE];
-    let chosen = sizes.into_iter().find(|s| error(*s) <= limit).unwrap_or(SIZE);
+    let sizes = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, MAX_SIZE];
+    let chosen = sizes.into_iter().find(|s| error(*s) <= limit).unwrap_or(MAX_SIZE);
     (chosen, error(chosen))
 }

@@ -30,6 +30,7 @@ pub(super) fn error(t: &Relief, m: &Material) -> f64 {
 
 /// The part of pairs of texels and directions, uniform over the hemisphere, whose visibility is wrong.
 pub(super) fn details(t: &Relief) -> Vec<(&'static str, f64)> {
+    // A part p of so many has a standard error of √(p (1 − p)/4096): 0.3 % of 5 %, 0.8 % at most.
     const TRIED: u32 = 4096;
     let met = t.scatter.as_ref().map(|s| ("directions that meet bumps", s.links.met()));
     if t.kept == Kept::Open {

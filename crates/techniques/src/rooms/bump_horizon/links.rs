@@ -12,7 +12,7 @@ use steradian_relight::height::{HeightField, Scattering};
 use steradian_sphere::sampling::{Pcg32, R2};
 
 /// Most links: 128 MiB, the largest buffer that every GPU can bind.
-const MOST: usize = 1 << 25;
+const MAX_LINKS: usize = 1 << 25;
 /// Numbers a direction in buffers of a GPU, before the links.
 pub(super) const ROW: usize = 6;
 
@@ -98,7 +98,7 @@ impl Scatter {
     ) -> Result<Option<Self>, BakeError> {
         let size = [field.width(), field.height()];
         let texels = size[0] * size[1];
-        if texels * count > MOST {
+        if texels * count > MAX_LINKS {
             let why = format!(
                 "{} x {} heights and {count} directions are {} MiB of links: 128 at most; take fewer directions or a smaller height map",
                 size[0],

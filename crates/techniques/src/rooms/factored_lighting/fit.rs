@@ -19,16 +19,18 @@ pub const LINE: usize = 48;
 /// Samples of the radiance per unknown: where light and reflectance are no product, a fit to fewer would
 /// follow noise.
 pub const PER_UNKNOWN: usize = 24;
-/// Most samples.
-const MOST: usize = 600_000;
-/// Radiance below this share of the mean is clamped to it.
+/// Most samples: those of 25,000 unknowns. With rows of fourteen entries they take 110 MB.
+const MAX_SAMPLES: usize = 600_000;
+/// Radiance below this share of the mean is clamped to it, so that its logarithm is finite, and weighs no
+/// less.
 const FLOOR: f64 = 1e-4;
 /// Weight of smoothness relative to that of the samples that see an unknown, for the factors over n, r, wo
 /// and n·wo. Where light and reflectance are no product, the fit would otherwise put the misfit into noise of
 /// single texels, most of all in the factor over n, which is smooth by nature.
 const SMOOTH: [f64; 4] = [1.0, 0.1, 0.1, 0.03];
-/// Most steps of each solution, and the accuracy at which it stops earlier.
-const STEPS: usize = 60;
+/// Most steps of each solution.
+const MAX_STEPS: usize = 60;
+/// Gradient, relative to the first, at which a solution ends earlier; all but the last are linearised anew.
 const ACCURACY: f64 = 1e-4;
 /// Solutions after the first, each of the problem linearised about the one before.
 const REFINEMENTS: usize = 2;
@@ -113,7 +115,7 @@ pub struct Samples {
 impl Samples {
     /// Enough samples for `unknowns`, from the exact images of views spread over the sphere.
     pub fn new(slices: &Slices, light: &ShRgb, unknowns: usize, task: &Task) -> Result<Self, Cancelled> {
-        let total = (PER_UNKNOWN * unknowns).clamp(4096, MOST);
+        let total = (PER_UNKNOWN * unknowns).clamp(4096, MAX_SAMPLES);
         let views = ((total as f64).sqrt() * 0.7) as usize;
         let per = total.div_ceil(views);
         let of = |v: usize| {
@@ -191,7 +193,7 @@ fn problem(layout: &Layout, samples: &Samples, power: f64) -> (Problem, Rgb) {
         power,
         smooth: Vec::new(),
         accuracy: ACCURACY,
-        steps: STEPS,
+        steps: MAX_STEPS,
         dense: false,
     };
     problem.smooth = smoothness(&problem, layout);

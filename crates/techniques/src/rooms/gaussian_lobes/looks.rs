@@ -32,8 +32,10 @@ fn looks(v: &Views, n: DVec3, wo: DVec3) -> Vec<([f32; 3], [f32; 4], f64)> {
     (0..v.lobes).map(lobe).collect()
 }
 
-/// Most sites at which [`report`] evaluates visibility, and views of each.
+/// Most sites at which [`report`] evaluates visibility: with [`VIEWS`] each, 8192 pairs, of which shares have
+/// a standard error of 0.6 % at most.
 const SITES: usize = 512;
+/// Views of each site.
 const VIEWS: usize = 16;
 
 /// Reports the share of the lobes' weight whose visibility was below 0 or above 1 before it was clamped.

@@ -43,12 +43,13 @@ fn keys(texels: &[f32], all: &[f32], side: usize) -> Vec<f32> {
 /// ones' add up to `left` at most. One pass sums squares by magnitude, eight steps an octave, and only the
 /// step at which the limit lies is sorted.
 pub fn largest(all: &[f32], keys: &[f32], side: usize, left: f64) -> Row {
-    const DROPPED: u32 = 20;
+    // Of a mantissa of 23: the three that are left are eight steps an octave.
+    const DROPPED_BITS: u32 = 20;
     let face = side * side;
-    let step = |x: f32| (x.to_bits() >> DROPPED) as usize;
+    let step = |x: f32| (x.to_bits() >> DROPPED_BITS) as usize;
     // Sides are powers of two; keys are not negative.
     let others = || (0u32..).zip(keys).filter(|(k, x)| *k as usize & (face - 1) != 0 && **x > 0.0);
-    let mut squares = vec![0.0f64; 1 << (31 - DROPPED)];
+    let mut squares = vec![0.0f64; 1 << (31 - DROPPED_BITS)];
     others().for_each(|(_, x)| squares[step(*x)] += f64::from(*x).powi(2));
     let (mut out, mut last) = (0.0, squares.len());
     for (k, s) in squares.iter().enumerate() {

@@ -48,14 +48,17 @@ pub struct Tables {
     pub steps: usize,
 }
 
-/// Range to which logarithms in maps are clamped: where there is no sample, smoothness alone decides them.
-const MOST: f64 = 40.0;
-const LEAST: f64 = -200.0;
+/// Largest logarithm in maps: where there is no sample, smoothness alone decides them. P is at most 0, so
+/// that no sum exceeds this, and its exponential, 2e17, is finite in single precision.
+const MAX_LOGARITHM: f64 = 40.0;
+/// Smallest logarithm in maps: its exponential is 0 in single precision.
+const MIN_LOGARITHM: f64 = -200.0;
 
 /// A map's logarithms as a table.
 fn table(map: &Map, layout: &Layout, start: usize, x: &[Rgb]) -> GridStack {
     GridStack::new(map.width, map.height, 1, |i, j, _| {
-        let [r, g, b] = x[start + layout.node(map, i, j)].map(|x| x.clamp(LEAST, MOST) as f32);
+        let [r, g, b] =
+            x[start + layout.node(map, i, j)].map(|x| x.clamp(MIN_LOGARITHM, MAX_LOGARITHM) as f32);
         [r, g, b, 0.0]
     })
 }

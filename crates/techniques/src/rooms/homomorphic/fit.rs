@@ -31,15 +31,17 @@ const SMOOTH: [f64; 2] = [1e-5, 1e-1];
 /// Weight of smoothness at unknowns without samples, relative to the largest weight of samples at any
 /// unknown.
 const NOWHERE: f64 = 1e-12;
-/// Up to this number of unknowns normal equations are solved directly.
-const DENSE: usize = 1400;
-/// Most steps of each iterative solution, and the accuracy at which it stops earlier, of larger problems.
-const STEPS: usize = 150;
+/// Up to this number of unknowns normal equations are solved directly: 16 MB, and n³/3 = 9e8 products to
+/// factorise.
+const MAX_DENSE: usize = 1400;
+/// Most steps of each iterative solution, of larger problems.
+const MAX_STEPS: usize = 150;
+/// Gradient, relative to the first, at which an iterative solution ends earlier.
 const ACCURACY: f64 = 1e-7;
-/// Most refining solutions after the first; they end when a solution's cost is more than this share of the
-/// last.
-const REFINEMENTS: usize = 4;
-const ENOUGH: f64 = 0.99;
+/// Most refining solutions after the first.
+const MAX_REFINEMENTS: usize = 4;
+/// Share of the last solution's cost above which a solution is the last: the error falls by less than 0.5 %.
+const SETTLED: f64 = 0.99;
 
 /// Order of the unknowns: P at the nodes of `sides`, then Q at the nodes of `halves`, over stretched half
 /// vectors.
@@ -274,8 +276,8 @@ pub fn problem(layout: &Layout, samples: &Samples, power: f64) -> (Problem, Rgb)
         power,
         smooth: Vec::new(),
         accuracy: ACCURACY,
-        steps: STEPS,
-        dense: layout.count() <= DENSE,
+        steps: MAX_STEPS,
+        dense: layout.count() <= MAX_DENSE,
     };
     (problem, scale)
 }
@@ -333,11 +335,11 @@ pub fn fit(layout: &Layout, samples: &Samples, power: f64, task: &Task) -> Resul
         now = problem.solve();
         now.steps += steps;
     }
-    for _ in 0..REFINEMENTS {
+    for _ in 0..MAX_REFINEMENTS {
         task.check()?;
         let before = now.cost;
         problem.refine(&mut now);
-        if (0..3).all(|c| now.cost[c] >= ENOUGH * before[c]) {
+        if (0..3).all(|c| now.cost[c] >= SETTLED * before[c]) {
             break;
         }
     }

@@ -17,13 +17,16 @@ pub struct Form {
     pub widths: [f64; 2],
 }
 
-/// Cosines with the normal between which the power is measured, and the view's cosine where only the light's
-/// varies.
+/// Cosines with the normal between which the power is measured: so near the horizon that a power of ½ is 50
+/// to 100 times what it is at the normal.
 const GRAZING: [f64; 2] = [1e-4, 4e-4];
-const STILL: f64 = 1e-2;
-/// Powers smaller than the first count as 0; the second is the largest allowed.
-const NONE: f64 = 1e-2;
-const MOST: f64 = 2.0;
+/// The view's cosine where only the light's varies: low, so that the half vector stays near the normal, and
+/// 25 times as high as the light.
+const STILL_VIEW: f64 = 1e-2;
+/// Powers smaller than this count as 0: between the cosines measured they change f by 1.4 %.
+const MIN_GRAZING_POWER: f64 = 1e-2;
+/// The largest power allowed: from there on the mean over views, ∫ z⁻² z dz, has no bound.
+const MAX_GRAZING_POWER: f64 = 2.0;
 /// If the power found with both directions grazing differs from twice that of one by more, f is no such
 /// product.
 const ALIKE: f64 = 0.1;
@@ -31,7 +34,7 @@ const ALIKE: f64 = 0.1;
 const AZIMUTHS: usize = 8;
 /// Least width: with a narrower one, the tails of the highlight, which are wide in any case, would have too
 /// few rows.
-const NARROWEST: f64 = 0.05;
+const MIN_WIDTH: f64 = 0.05;
 /// Ratio of a Gaussian's width to its half width at half height, both in slopes.
 const OVER_HALF: f64 = 1.2;
 
@@ -82,10 +85,10 @@ fn grazing(brdf: &dyn Brdf) -> f64 {
         all.sort_by(f64::total_cmp);
         all.get(all.len() / 2).copied()
     };
-    let (one, both) = (power(&|_| STILL), power(&|z| z));
+    let (one, both) = (power(&|_| STILL_VIEW), power(&|z| z));
     let found = one.zip(both).filter(|(one, both)| (one - 0.5 * both).abs() < ALIKE);
     let power = found.map_or(0.0, |(one, _)| one);
-    if power.abs() < NONE { 0.0 } else { power.clamp(-MOST, MOST) }
+    if power.abs() < MIN_GRAZING_POWER { 0.0 } else { power.clamp(-MAX_GRAZING_POWER, MAX_GRAZING_POWER) }
 }
 
 /// Width of the highlight: the tangent of the angle of h at which f, freed of its power at the horizon and
@@ -116,5 +119,5 @@ fn width(brdf: &dyn Brdf, phi: f64, grazing: f64) -> f64 {
             low = middle;
         }
     }
-    (OVER_HALF * high).clamp(NARROWEST, 1.0)
+    (OVER_HALF * high).clamp(MIN_WIDTH, 1.0)
 }

@@ -9,7 +9,7 @@ use steradian_simd::{Arch, Kernel, Vector, run};
 /// Lanes of the widest register.
 pub const WIDEST: usize = 16;
 /// Coefficients at most (6 bands).
-const MOST: usize = 36;
+const MAX_COEFFICIENTS: usize = 36;
 
 /// The light of a frame through the matrices of the clusters.
 #[derive(Default)]
@@ -37,7 +37,7 @@ pub const fn place(components: usize, k: usize, c: usize) -> usize {
 impl Frame {
     pub(super) fn update(&mut self, light: &ShLight, t: &Compressed, v: &View) {
         let n = t.n;
-        if n == 0 || n > MOST {
+        if n == 0 || n > MAX_COEFFICIENTS {
             self.radiance.clear();
             return;
         }
@@ -85,7 +85,7 @@ impl Kernel for Cluster<'_> {
         let each = of_hat(row - 1);
         let hats = self.out.len() / each;
         for (k, matrix) in self.basis.chunks_exact(n * n).enumerate() {
-            let mut through = [[0.0f32; 3]; MOST];
+            let mut through = [[0.0f32; 3]; MAX_COEFFICIENTS];
             for (to, m) in through[..n].iter_mut().zip(matrix.chunks_exact(n)) {
                 for (m, l) in m.iter().zip(self.light) {
                     for c in 0..3 {

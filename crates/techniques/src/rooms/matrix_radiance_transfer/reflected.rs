@@ -13,8 +13,11 @@ use steradian_parallel::prelude::*;
 use steradian_sphere::quadrature::product_hemisphere;
 use steradian_sphere::sh;
 
-/// Degree of the rules over incoming and outgoing directions.
+/// Degree of the rule over incoming directions: a lobe's bands up to 89 are integrated exactly against the
+/// eight bands of the light.
 const INCOMING: usize = 96;
+/// Degree of the rule over outgoing directions: products of two harmonics of eight bands have 14, so that as
+/// many are left for the change of reflectance with the view.
 const OUTGOING: usize = 28;
 
 /// Factors of the local coefficients of the light for each hat.

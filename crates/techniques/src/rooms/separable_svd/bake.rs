@@ -10,10 +10,12 @@ use steradian_numerics::low_rank::Factors;
 
 /// Tolerance where the user gives none.
 const TOLERANCE: f64 = 0.01;
-/// Most terms where the tolerance decides.
-const MOST: usize = 8;
-/// Default number of nodes a side, also for the comparison of coordinates.
+/// Most terms where the tolerance decides: two layers of four a texel.
+const MAX_TERMS: usize = 8;
+/// Default number of nodes a side.
 const SIDE: usize = 64;
+/// Nodes a side for the comparison of coordinates: matrices have side⁴ entries at most, 65,536 in place of
+/// 16.8 million.
 const TRIAL: usize = 16;
 
 params! {
@@ -113,7 +115,7 @@ fn memory(c: &Coordinates) -> u64 {
 pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Tables, BakeError> {
     let symmetry = Symmetry::of(&*m.brdf);
     let tolerance = 0.5 * task.tolerance().unwrap_or(TOLERANCE);
-    let range = p.terms.map_or([1, MOST], |n| [n, n]);
+    let range = p.terms.map_or([1, MAX_TERMS], |n| [n, n]);
     let decompose = |form, side, task: &Task| {
         let coordinates = Coordinates::new(form, symmetry, side);
         let (need, allowed) = (memory(&coordinates), task.max_memory());

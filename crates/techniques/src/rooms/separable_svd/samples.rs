@@ -23,15 +23,16 @@ pub struct Samples {
     marginals: [Vec<f64>; 2],
 }
 
-/// Reflectance is clamped to this.
-const MOST: f64 = 1e18;
+/// Reflectance is clamped to this, sr⁻¹: its square is finite in single precision.
+const MAX_REFLECTANCE: f64 = 1e18;
 /// Weight of a missing pair, relative to its node's mean weight: enough to define a node without any other
 /// pair.
 const FILL: f64 = 1e-7;
 /// Relative difference up to which channels count as proportional.
 const GREY: f64 = 1e-6;
-/// Most alternating steps of one decomposition, and the change at which they stop.
-const STEPS: usize = 12;
+/// Most alternating steps of one decomposition.
+const MAX_STEPS: usize = 12;
+/// Relative decrease of the squared error at which they end: the error falls by less than 0.5 %.
 const ACCURACY: f64 = 1e-2;
 
 impl Samples {
@@ -42,7 +43,9 @@ impl Samples {
             task.check()?;
             let entry = |j: usize| {
                 let p = coordinates.pair(&x[i], &y[j]);
-                let f = brdf.eval(p.wi, p.wo).map(|f| if f.is_finite() { f.clamp(-MOST, MOST) } else { 0.0 });
+                let f = brdf
+                    .eval(p.wi, p.wo)
+                    .map(|f| if f.is_finite() { f.clamp(-MAX_REFLECTANCE, MAX_REFLECTANCE) } else { 0.0 });
                 let over = coordinates.over(&y[j]);
                 (f.map(|f| (over * f) as f32), p.weight / (over * over))
             };
@@ -138,7 +141,7 @@ impl Samples {
         while f.left.len() < least || (f.left.len() < most && f.residual.sqrt() > tolerance) {
             task.check()?;
             let count = f.left.len();
-            f = weighted.extend(f, STEPS, ACCURACY);
+            f = weighted.extend(f, MAX_STEPS, ACCURACY);
             if f.left.len() == count {
                 break;
             }

@@ -19,9 +19,11 @@ const COUNTS: [usize; 4] = [8, 32, 64, 128];
 /// largest first: they are lowered as far as [`AMPLE`] bytes of maps allow.
 const RESTS: [f64; 5] = [6.0, 4.0, 2.5, 1.5, 1.1];
 /// Bytes of maps up to which errors are lowered: where the user gives no tolerance, and where it is
-/// [`ASKED`]. For a larger tolerance the number falls like its inverse, as the bytes of maps do.
+/// [`ASKED_TOLERANCE`]. For a larger tolerance the number falls like its inverse, as the bytes of maps do.
 const AMPLE: [usize; 2] = [8 << 20, 64 << 20];
-const ASKED: f64 = 0.01;
+/// The tolerance of the second of [`AMPLE`]: the default one, for which who asks for it gets eight times the
+/// bytes of who asks for none.
+const ASKED_TOLERANCE: f64 = 0.01;
 /// Smaller errors, in tolerances, that are tried where the error over all views still misses the tolerance
 /// because of views that do not count.
 const NEARER: [f64; 2] = [0.75, 0.5];
@@ -101,7 +103,7 @@ pub fn choose(
 ) -> Result<Choice, BakeError> {
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
     let limits = Limits { order: p.order, size: p.size.unwrap_or(0), bytes: p.budget(task) };
-    let asked = |t: f64| (AMPLE[1] as f64 * (ASKED / t).min(1.0)) as usize;
+    let asked = |t: f64| (AMPLE[1] as f64 * (ASKED_TOLERANCE / t).min(1.0)) as usize;
     let ample = task.tolerance().map_or(AMPLE[0], asked).min(limits.bytes);
     let s = &material.slices;
     let whole = SpectralError::of(&Apart::suns(light, 0));
