@@ -50,12 +50,14 @@ impl Traced {
 
 /// Paths per shaded point in one of the pictures that are averaged.
 const SAMPLES: u32 = 2;
-/// Fewest pictures, so that their spread gives the variance.
-const LEAST: u64 = 8;
-/// Pictures at most.
-const MOST: u64 = 8192;
-/// Paths of a point of a list: the first number, and the most.
-const POINT: [u32; 2] = [64, 1 << 20];
+/// Fewest pictures, so that their spread gives the variance: of eight the standard error is known to a
+/// quarter (1/√14).
+const MIN_PICTURES: u64 = 8;
+/// Pictures at most: 16,384 paths per point, which is a noise of 1/128 of a single path's.
+const MAX_PICTURES: u64 = 8192;
+/// Paths of a point of a list: the first number, and the most, whose noise is a thousandth of a single
+/// path's.
+const POINT_PATHS: [u32; 2] = [64, 1 << 20];
 
 impl Session {
     /// The picture of a scene by paths: independent pictures are averaged until their spread shows that the
@@ -92,7 +94,7 @@ impl Session {
         let settings =
             Settings { inner: settings.inner.max(2), share: false, interpolate: false, ..settings };
         let quiet = self.task.clone().without_progress();
-        let (mut sum, mut wanted, mut done) = (None::<Sum>, LEAST, 0);
+        let (mut sum, mut wanted, mut done) = (None::<Sum>, MIN_PICTURES, 0);
         self.task.begin("path tracing", wanted);
         let noise = loop {
             stage.seed.store(done, Ordering::Relaxed);
@@ -107,12 +109,12 @@ impl Session {
                 continue;
             }
             let noise = sum.as_ref().map_or(0.0, Sum::noise);
-            if noise <= paths.noise || done >= MOST {
+            if noise <= paths.noise || done >= MAX_PICTURES {
                 break noise;
             }
             // Noise falls with the root of their number.
             let needed = (done as f64 * (noise / paths.noise).powi(2) * 1.05).ceil() as u64;
-            let more = needed.clamp(done + 1, 4 * done).min(MOST) - done;
+            let more = needed.clamp(done + 1, 4 * done).min(MAX_PICTURES) - done;
             wanted = done + more;
             self.task.end();
             self.task.begin("path tracing", more);
@@ -205,8 +207,9 @@ pub(crate) fn points(r: &Request, q: &Points, paths: Paths, session: &Session) -
     // Sums of samples: radiance and its variance, weighted by how many.
     let mut known: Vec<(PathEstimate, f64)> =
         vec![(PathEstimate { rgb: [0.0; 3], variance: [0.0; 3] }, 0.0); all.len()];
-    let (mut open, mut samples, mut seed): (Vec<usize>, u32, u64) = ((0..all.len()).collect(), POINT[0], 0);
-    while !open.is_empty() && samples <= POINT[1] {
+    let (mut open, mut samples, mut seed): (Vec<usize>, u32, u64) =
+        ((0..all.len()).collect(), POINT_PATHS[0], 0);
+    while !open.is_empty() && samples <= POINT_PATHS[1] {
         let some: Vec<PathPoint<'_>> = open.iter().map(|i| all[*i]).collect();
         let options = PathOptions { bounces: paths.bounces, samples, seed };
         let new = trace_points(&scene, &some, options, &session.task)?;

@@ -21,9 +21,10 @@ pub(super) struct Request {
 }
 
 /// Circles per slice, in panels, at most; two more rounds may finish.
-const PANELS: usize = 256;
-/// A panel spans at most this many radians of f_lq.
-const PHASE: f64 = 9.0;
+const MAX_PANELS: usize = 256;
+/// A panel spans at most this many radians of f_lq: a wave of 9 radians is integrated to 2e-6 by the 7-point
+/// rule, by whose difference panels are divided, and to rounding by the 15-point rule.
+const MAX_PHASE: f64 = 9.0;
 
 /// One slice's coefficients.
 #[derive(Debug, Clone)]
@@ -62,7 +63,7 @@ pub(super) fn slice(
     for (zone, ends) in Zone::of(slice, hemisphere) {
         let breaks = graded(ends[0], ends[1], &centres(&rings, zone, slice));
         let slope = if let Zone::Band { gamma, .. } = zone { gamma } else { 1.0 };
-        let longest = PHASE / (request.f.max(1) as f64 * slope);
+        let longest = MAX_PHASE / (request.f.max(1) as f64 * slope);
         for ends in rule::split(&breaks, longest) {
             task.check()?;
             panels.push(sample(&mut rings, zone, ends));
@@ -125,7 +126,7 @@ fn refine(
             let of_energy = 0.5 * missed(&panel, n, tail) / total.sqrt().max(f64::MIN_POSITIVE);
             let error = project(&mut bands, &panel, n, tail).max(of_energy);
             let [a, b] = panel.ends;
-            if error > enough && made + 2 <= PANELS.max(2 * panel_limit(request)) && b - a > 1e-9 {
+            if error > enough && made + 2 <= MAX_PANELS.max(2 * panel_limit(request)) && b - a > 1e-9 {
                 let middle = 0.5 * (a + b);
                 next.extend([sample(rings, panel.zone, [a, middle]), sample(rings, panel.zone, [middle, b])]);
                 made += 2;
@@ -148,7 +149,7 @@ fn refine(
 
 /// Panels that an order needs before any refinement.
 fn panel_limit(request: &Request) -> usize {
-    (request.f as f64 * std::f64::consts::PI / PHASE) as usize
+    (request.f as f64 * std::f64::consts::PI / MAX_PHASE) as usize
 }
 
 /// The 15-point rule over some of the circle integrals.

@@ -18,9 +18,10 @@ const SHARE: f64 = 0.01;
 /// Target accuracy of each slice; the accuracy reached is 1e-6 and better.
 const SLICE_TOLERANCE: f64 = 1e-4;
 /// Panels in θ_o at most.
-const PANELS: usize = 12;
-/// A panel spans at most this many radians of f_pq.
-const PHASE: f64 = 9.0;
+const MAX_PANELS: usize = 12;
+/// A panel spans at most this many radians of f_pq: a wave of 9 radians is integrated to 2e-6 by the 7-point
+/// rule, by whose difference panels are divided, and to rounding by the 15-point rule.
+const MAX_PHASE: f64 = 9.0;
 
 impl Lpq {
     /// The plain projection of RH02 5.22, up to orders `f` and `p`; the total energy by the same quadrature.
@@ -39,7 +40,7 @@ impl Lpq {
         let mut sum = Projection::new(centre, f, p, setup.request.q);
         task.begin("BRDF coefficients", 0);
         let panels =
-            rule::split(&breaks(brdf, centre.reach()), PHASE / (2.0 * centre.reach() * p.max(1) as f64));
+            rule::split(&breaks(brdf, centre.reach()), MAX_PHASE / (2.0 * centre.reach() * p.max(1) as f64));
         let done = sum.run(&setup, panels, task);
         task.end();
         done?;
@@ -96,7 +97,7 @@ impl Projection {
     /// Panels, halved in rounds until the sum is accurate.
     fn run(&mut self, setup: &Setup, mut panels: Vec<[f64; 2]>, task: &Task) -> Result<(), CentralError> {
         let tolerance = task.tolerance().map_or(TOLERANCE, |t| (SHARE * t).max(TOLERANCE));
-        let (mut made, limit, mut norm) = (panels.len(), PANELS.max(2 * panels.len()), 0.0f64);
+        let (mut made, limit, mut norm) = (panels.len(), MAX_PANELS.max(2 * panels.len()), 0.0f64);
         while !panels.is_empty() {
             let nodes: Vec<_> = panels.iter().flat_map(|w| rule::nodes(w[0], w[1])).collect();
             let slices: Vec<_> =

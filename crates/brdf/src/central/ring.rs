@@ -10,13 +10,14 @@ use std::f64::consts::PI;
 use steradian_simd::run;
 
 /// Panels of a circle at most.
-const PANELS: usize = 96;
+const MAX_PANELS: usize = 96;
 /// Circles fainter than this, relative to the brightest so far, need only the absolute accuracy of that one.
 const FAINT: f64 = 1e-3;
 /// Orders in q whose convergence is watched.
 const WATCHED: usize = 16;
-/// A panel spans at most this many radians of cos qφ.
-const PHASE: f64 = 9.0;
+/// A panel spans at most this many radians of cos qφ: a wave of 9 radians is integrated to 2e-6 by the
+/// 7-point rule, by whose difference panels are divided, and to rounding by the 15-point rule.
+const MAX_PHASE: f64 = 9.0;
 
 /// Integrals over one circle: ∫ f_cos cos qφ dφ as `[3q + c]` for q ≤ Q, then ∫ f_cos² dφ, then ∫ f_cos
 /// (n·wi)₊ dφ.
@@ -79,7 +80,7 @@ impl<'a> Rings<'a> {
         }
         let (sine, cosine) = at.theta.sin_cos();
         let breaks = graded(lo, hi, &self.centres(at.theta, sine));
-        let mut queue = rule::split(&breaks, PHASE / self.q.max(1) as f64);
+        let mut queue = rule::split(&breaks, MAX_PHASE / self.q.max(1) as f64);
         let (mut begin, mut energy) = (0, 0.0);
         // Rounds: the panels of a round are judged against the energy of all before them.
         while begin < queue.len() {
@@ -95,7 +96,7 @@ impl<'a> Rings<'a> {
                 self.loudest = self.loudest.max(norm);
                 let enough = self.tolerance * norm.max(FAINT * self.loudest);
                 let enough = enough.max(self.floor) * ((b - a) / (hi - lo)).sqrt();
-                if error > enough && queue.len() < PANELS.max(2 * end.min(PANELS)) && b - a > 1e-9 {
+                if error > enough && queue.len() < MAX_PANELS.max(2 * end.min(MAX_PANELS)) && b - a > 1e-9 {
                     let middle = 0.5 * (a + b);
                     queue.extend([[a, middle], [middle, b]]);
                 } else {

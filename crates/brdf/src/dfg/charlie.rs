@@ -44,7 +44,7 @@ pub fn lambda(mu: f64, alpha: f64) -> f64 {
     if mu < 0.5 { l(mu).exp() } else { (2.0 * l(0.5) - l(1.0 - mu)).exp() }
 }
 
-/// Steps of a table over n·wi.
+/// Steps of a table over n·wi, between which 1/(1 + Λ) is linear to 2e-6.
 const STEPS: usize = 4096;
 /// Rings of half vectors that contribute less are skipped.
 const NOTHING: f64 = 1e-10;

@@ -3,7 +3,8 @@
 use crate::math::positive_pow;
 use std::f64::consts::FRAC_PI_2;
 
-/// Intervals of the table.
+/// Intervals of the table: values between them are off by 2e-13 of the whole tail, and by 2e-8 of themselves
+/// where it is 1e-18.
 const STEPS: usize = 256;
 
 /// Q(x) = ∫ₓ^{π/2} cosᵐ t dt for one exponent n: a table for the m = n + 2k ≥ 8 at equal steps of x up to

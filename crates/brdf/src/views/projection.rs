@@ -14,13 +14,13 @@ use steradian_sphere::quadrature::gauss_legendre;
 use steradian_sphere::sh::{Rotation, count};
 
 /// Longest panel, radians.
-const LONGEST: f64 = 0.8;
-/// Phase (length × order) of the longest panel.
-const PHASE: f64 = 12.0;
+const MAX_LENGTH: f64 = 0.8;
+/// Phase (length × order) of the longest panel: the largest rule integrates a wave of 12 radians to 1.4e-14.
+const MAX_PHASE: f64 = 12.0;
 /// Nodes of a panel over which the harmonics hardly vary, by default.
 const FLAT: f64 = 5.0;
 /// Nodes of the largest rule.
-const NODES: usize = 15;
+const MAX_NODES: usize = 15;
 /// Widths of lobes, radians, are clamped to this range when panels are placed.
 const WIDTHS: [f64; 2] = [1e-4, 0.6];
 /// Scale of the integrand at the horizon, radians: that of the view's elevation, clamped to this range.
@@ -76,7 +76,7 @@ impl Rule {
             order,
             flat,
             polar: Polar::new(order, order),
-            gauss: (0..=NODES).map(gauss_legendre).collect(),
+            gauss: (0..=MAX_NODES).map(gauss_legendre).collect(),
             turns: [turn(DVec3::X), turn(DVec3::Y)],
         }
     }
@@ -179,9 +179,9 @@ impl Rule {
         for pair in panels([a, b], places, short).windows(2) {
             let length = pair[1] - pair[0];
             let phase = length * self.order as f64;
-            let parts = (length / LONGEST).max(phase / PHASE).ceil().max(1.0);
+            let parts = (length / MAX_LENGTH).max(phase / MAX_PHASE).ceil().max(1.0);
             let n = (self.flat + 0.5 * phase / parts) as usize;
-            out.extend(composite(pair, parts, &self.gauss[n.min(NODES)]));
+            out.extend(composite(pair, parts, &self.gauss[n.min(MAX_NODES)]));
         }
         out
     }

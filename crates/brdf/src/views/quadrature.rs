@@ -10,12 +10,12 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_simd::{Arch, Kernel};
 use steradian_sphere::quadrature::gauss_legendre;
 
-/// Phase (length × order) of the longest panel.
-const PHASE: f64 = 20.0;
+/// Phase (length × order) of the longest panel: the largest rule integrates a wave of 20 radians to 5e-12.
+const MAX_PHASE: f64 = 20.0;
 /// Nodes of a panel over which the coefficients' basis hardly varies.
 const FLAT: f64 = 4.5;
 /// Nodes of the largest rule.
-const NODES: usize = 15;
+const MAX_NODES: usize = 15;
 /// Length of the first panel next to the horizon's tangents, radians.
 const BEND: f64 = 0.06;
 /// Widths are clamped to this, radians, above which a function counts as smooth.
@@ -41,7 +41,7 @@ type Place = [f64; 3];
 
 impl Rule {
     pub fn new(order: usize) -> Self {
-        Self { order, polar: Polar::new(order, order), gauss: (0..=NODES).map(gauss_legendre).collect() }
+        Self { order, polar: Polar::new(order, order), gauss: (0..=MAX_NODES).map(gauss_legendre).collect() }
     }
 
     /// Nodes and weights over [a, b], graded around each (centre, width).
@@ -50,9 +50,9 @@ impl Rule {
         let mut out = Vec::new();
         for pair in panels([a, b], centres, short).windows(2) {
             let phase = (pair[1] - pair[0]) * self.order as f64;
-            let parts = (phase / PHASE).ceil().max(1.0);
+            let parts = (phase / MAX_PHASE).ceil().max(1.0);
             let n = (FLAT + 0.5 * phase / parts) as usize;
-            out.extend(composite(pair, parts, &self.gauss[n.min(NODES)]));
+            out.extend(composite(pair, parts, &self.gauss[n.min(MAX_NODES)]));
         }
         out
     }

@@ -77,10 +77,17 @@ pub(super) fn scattered(air: &Air, multiple: &Multiple, ray: Ray) -> Scattered {
     out
 }
 
+/// Heights of the table, denser near the ground: radiance is 2.5 % off that of 48 heights (RMS over views,
+/// turbidity 3, suns from −4° to 4°).
 const HEIGHTS: usize = 16;
+/// Elevations of the sun in the table, 3.5° apart. Light of a sunken sun falls faster than a line between
+/// them follows: against 128 of them radiance is 1.2 % off for a sun at 4° (RMS over views), 13 % at 0° and
+/// 86 % at −4°; 64 leave 0.2, 3.4 and 9 %, for twice the work, which is most of a small sky's.
 const SUN_ELEVATIONS: usize = 32;
-/// Lowest and highest elevation of the sun in the table, radians.
+/// Lowest elevation of the sun in the table, radians: skies go down to −5°, and a level ray to the top of the
+/// air takes 10.1° around the earth.
 const MIN_ELEVATION: f64 = -20.0 * PI / 180.0;
+/// Highest elevation of the sun in the table, radians.
 const MAX_ELEVATION: f64 = PI / 2.0;
 
 /// Light of all orders above the first, per scattering coefficient and solar irradiance, by height and sun
@@ -126,6 +133,8 @@ fn radius(x: f64) -> f64 {
 }
 
 fn entry(air: &Air, albedo: f64, r: f64, mu_s: f64, x: &[f64], w: &[f64]) -> Spectrum {
+    // With eight cosines: radiance is 2 % off that of 16 cosines, 16 azimuths and 48 steps under suns of 4°
+    // and 40°, 4 % at 0° and −4° (RMS over views, turbidity 3).
     const AZIMUTHS: usize = 8;
     const STEPS: usize = 16;
     let sin_s = (1.0 - mu_s * mu_s).max(0.0).sqrt();

@@ -30,17 +30,17 @@ pub struct Local {
 }
 
 /// Where texels, or the numbers of a texel, are at most this many, the clustering uses all dimensions.
-const FULL: usize = 384;
+const MAX_FULL: usize = 384;
 /// Dimensions of the clustering otherwise.
 const SKETCH: usize = 160;
 /// Number of random sums that a texel is part of.
 const SUMS: usize = 4;
 /// Rounds of clustering.
-const ROUNDS: usize = 24;
+const MAX_ROUNDS: usize = 24;
 /// Steps of refinement.
-const STEPS: usize = 8;
+const MAX_STEPS: usize = 8;
 /// Refinement ends where a step reduces the error by less than this part.
-const GAIN: f64 = 1e-3;
+const MIN_GAIN: f64 = 1e-3;
 /// Texels at a time.
 const ROWS: usize = 16;
 
@@ -60,7 +60,7 @@ impl Local {
             return None;
         }
         let r = points.len() / texels;
-        let settings = Settings { clusters, components, rounds: ROUNDS };
+        let settings = Settings { clusters, components, rounds: MAX_ROUNDS };
         let coarse = Clusters::new(&points, r, settings, go_on);
         if !go_on() {
             return None;
@@ -189,7 +189,7 @@ impl Local {
         let (d, c, clusters) = (self.dimension, self.components, self.len());
         let (mut weights, mut error) = self.weigh(of, go_on)?;
         errors.push(error);
-        for _ in 0..STEPS {
+        for _ in 0..MAX_STEPS {
             if c == 0 || error == 0.0 {
                 break;
             }
@@ -222,7 +222,7 @@ impl Local {
             let gained = error - e;
             (weights, error) = (w, e);
             errors.push(e);
-            if gained < GAIN * error {
+            if gained < MIN_GAIN * error {
                 break;
             }
         }
@@ -294,10 +294,10 @@ fn by_columns(
 /// Orthonormal vectors that hold most of the texels; `None` for all dimensions.
 fn basis(of: &Btf, go_on: GoOn<'_>) -> Option<Vec<f32>> {
     let (texels, d) = (of.texels(), of.dimension());
-    if d <= FULL {
+    if d <= MAX_FULL {
         return None;
     }
-    if texels <= FULL {
+    if texels <= MAX_FULL {
         let mut rows = vec![0.0; texels * d];
         rows.chunks_exact_mut(d).enumerate().for_each(|(x, row)| of.part(x, 0, row));
         return Some(orthonormal(&rows, d));

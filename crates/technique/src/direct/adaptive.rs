@@ -15,10 +15,10 @@ const GAUSS: [(f64, f64); 5] = [
 ];
 /// A rectangle is cut while its larger side exceeds this many times the scale at it.
 const FACTOR: f64 = 1.5;
-/// Largest depth of subdivision.
-const DEEPEST: u32 = 40;
-/// Most rectangles; beyond this number none is subdivided.
-const MOST: usize = 200_000;
+/// Largest depth of subdivision: sides are halved in turn, so that twenty times each make 1e-6 of them.
+const MAX_DEPTH: u32 = 40;
+/// Rectangles beyond which none is subdivided: 5 million evaluations, at 25 nodes each.
+const MAX_RECTANGLES: usize = 200_000;
 
 /// θ and φ ranges.
 #[derive(Clone, Copy)]
@@ -83,7 +83,7 @@ pub fn integrate(
         if middle.z.abs() < 0.7 * size {
             allowed = allowed.min(0.01 * patch.size);
         }
-        if size > allowed && r.depth < DEEPEST && done + open.len() < MOST {
+        if size > allowed && r.depth < MAX_DEPTH && done + open.len() < MAX_RECTANGLES {
             open.extend(r.halves());
             continue;
         }
