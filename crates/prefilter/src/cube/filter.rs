@@ -2,7 +2,7 @@
 //!
 //! In frequency space (Ramamoorthi & Hanrahan 2002, 5.4): coefficients of the light times those of the
 //! kernel, then synthesis; what a series would blur of small bright lights is added exactly, direction by
-//! direction ([`super::small_lights`]). Where the order that the tolerance needs is beyond the spectrum,
+//! direction (`small_lights.rs`). Where the order that the tolerance needs is beyond the spectrum,
 //! direction by direction as a whole ([`crate::angular`]).
 
 use super::edge_cube::{self, EdgeCube};
