@@ -55,9 +55,9 @@ pub fn of_source(source: &Source, kernel: &[f64], flux2: f64, limit: f64) -> (us
     smallest_order(&Energies { kernel, bands: &bands, whole: source.base_energy, flux2, result }, limit)
 }
 
-/// The bands of an analysis that is sure to hold those that [`of_source`] finds, by a source of the same light
-/// with fewer of them: all energy beyond these may lie just above the order. All bands of `kernel` where that
-/// is not enough.
+/// The bands of an analysis that is sure to hold those that [`of_source`] finds, by a source of the same
+/// light with fewer of them: all energy beyond these may lie just above the order. All bands of `kernel`
+/// where that is not enough.
 pub fn of_analysis(source: &Source, kernel: &[f64], limit: f64) -> usize {
     let mut bands: Vec<f64> = source.base_bands().collect();
     bands.resize(kernel.len().max(bands.len()), 0.0);

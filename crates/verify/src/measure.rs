@@ -37,8 +37,8 @@ impl Error {
     }
 
     /// [`Error::between`] for several gains, rows in parallel and added in their order. (Solid angles anew in
-    /// each of four passes took 0.4 of the 1.5 processor seconds in which a cube of 512² texels a face was found
-    /// right.)
+    /// each of four passes took 0.4 of the 1.5 processor seconds in which a cube of 512² texels a face was
+    /// found right.)
     pub fn with_gains<const N: usize>(
         got: &SphereImage,
         reference: &SphereImage,

@@ -270,8 +270,8 @@ impl Profile {
     }
 }
 
-/// The cube `image` seen through `axes` (target direction → source direction) where these are axes of the cube:
-/// texels change places, a face at a time. (At 512² texels a face a lookup for each took 0.1 processor
+/// The cube `image` seen through `axes` (target direction → source direction) where these are axes of the
+/// cube: texels change places, a face at a time. (At 512² texels a face a lookup for each took 0.1 processor
 /// seconds.)
 fn turned_cube(image: &SphereImage, axes: DMat3) -> Option<SphereImage> {
     let n = image.width;

@@ -80,9 +80,10 @@ pub(super) fn scattered(air: &Air, multiple: &Multiple, ray: Ray) -> Scattered {
 /// Heights of the table, denser near the ground: radiance is 2.5 % off that of 48 heights (RMS over views,
 /// turbidity 3, suns from −4° to 4°).
 const HEIGHTS: usize = 16;
-/// Elevations of the sun in the table, denser near the horizon ([`sun_elevation`]), as light of a sunken sun falls
-/// faster than a line follows between elevations further apart. Against 384 of them radiance is 0.2 % off for a sun
-/// at 4° (RMS over views), 0.3 % at 0° and 4 % at −4°; equal steps of 3.5° left 1.2, 13 and 86 %.
+/// Elevations of the sun in the table, denser near the horizon ([`sun_elevation`]), as light of a sunken sun
+/// falls faster than a line follows between elevations further apart. Against 384 of them radiance is 0.2 %
+/// off for a sun at 4° (RMS over views), 0.3 % at 0° and 4 % at −4°; equal steps of 3.5° left 1.2, 13 and 86
+/// %.
 const SUN_ELEVATIONS: usize = 48;
 /// Lowest elevation of the sun in the table, radians: skies go down to −5°, and a level ray to the top of the
 /// air takes 10.1° around the earth.

@@ -123,8 +123,8 @@ pub fn filter_within(
 /// Part of the tolerance that bands left out may take.
 const SERIES: f64 = 0.25;
 
-/// Bands that an analysis of the light needs, so that [`filter`] leaves out no more than it may; `source` is one
-/// of fewer bands, and its own are returned where another analysis would gain little. At most `most`.
+/// Bands that an analysis of the light needs, so that [`filter`] leaves out no more than it may; `source` is
+/// one of fewer bands, and its own are returned where another analysis would gain little. At most `most`.
 pub fn bands(source: &Source, kernel: &dyn Zonal, tolerance: f64, most: usize) -> usize {
     let squares: Vec<f64> = kernel.coefficients(most + 64).iter().map(|k| k * k).collect();
     let bands = |part: f64| order::of_analysis(source, &squares, part * tolerance).min(most);
@@ -229,8 +229,8 @@ mod tests {
         assert_eq!((of_bands.way, of_bands.cube.size()), (CubeMethod::Frequency { order: 16 }, 8));
     }
 
-    /// Where few bands of a light are known, so many are asked for that those which a tolerance needs are among
-    /// them; where it would gain little, no more.
+    /// Where few bands of a light are known, so many are asked for that those which a tolerance needs are
+    /// among them; where it would gain little, no more.
     #[test]
     fn an_analysis_has_the_bands_that_a_filter_uses() {
         let image = SphereImage::from_fn(Layout::LatLong, 256, 128, |d| {

@@ -4,8 +4,8 @@
 //! darker. Kernels that fall smoothly to nothing within the bands do not ring: all light goes through the
 //! series. Of sharper ones the near part is summed directly at the few texels that it reaches, and the far
 //! part, which is smooth, goes through the series ([`Split`]). What has too few bands even for that is summed
-//! at every texel. (Summed at every texel of every level, the 256 small lights of a forest took 0.8 of the 2.5
-//! processor seconds of its chain's bake.)
+//! at every texel. (Summed at every texel of every level, the 256 small lights of a forest took 0.8 of the
+//! 2.5 processor seconds of its chain's bake.)
 
 use super::edge_cube::{self, EdgeCube};
 use crate::image::Row;
@@ -23,8 +23,8 @@ pub(super) struct Plan<'a> {
     pub factors: Vec<f64>,
     /// Error of what goes through the series, relative to the convolution of everything else.
     pub error: f64,
-    /// Largest value that goes through the series, about, in units of the RMS of the convolution of everything
-    /// else.
+    /// Largest value that goes through the series, about, in units of the RMS of the convolution of
+    /// everything else.
     pub range: f64,
 }
 
@@ -40,10 +40,10 @@ enum Way<'a> {
 /// Reaches of near parts that are tried, times the highest band. (Fewer turns leave too much of the step.)
 const TURNS: [f64; 5] = [10.0, 14.0, 20.0, 30.0, 40.0];
 
-/// Part of the tolerance that bands of small lights may take that are left out of the series, were all of them
-/// in one place: of the whole kernel, whose ripples would lie over all the sky, and of its far part. (A tenth for
-/// both left errors of up to 1.3 % in the darkest texels of a forest's levels; a hundredth for both makes the
-/// near part twice as wide for nothing.)
+/// Part of the tolerance that bands of small lights may take that are left out of the series, were all of
+/// them in one place: of the whole kernel, whose ripples would lie over all the sky, and of its far part. (A
+/// tenth for both left errors of up to 1.3 % in the darkest texels of a forest's levels; a hundredth for both
+/// makes the near part twice as wide for nothing.)
 const WHOLE: f64 = 0.01;
 const FAR: f64 = 0.1;
 
@@ -175,8 +175,8 @@ mod tests {
     use steradian_base::Task;
     use steradian_sphere::{Layout, SphereImage};
 
-    /// Whatever the way, a map is that of the rest of the light and the sum over its small lights, within a part
-    /// of the tolerance of the rest.
+    /// Whatever the way, a map is that of the rest of the light and the sum over its small lights, within a
+    /// part of the tolerance of the rest.
     #[test]
     fn every_way_gives_the_sum() {
         let image = SphereImage::from_fn(Layout::LatLong, 256, 128, |d| {
@@ -194,8 +194,8 @@ mod tests {
         let tree = Tree::new(Some(&image), &[sun], &task).expect("nobody cancels");
         let source = Source::of(Some(image), vec![sun], 255, &task).expect("nobody cancels");
         assert!(source.small_lights.len() > 4 && source.small_lights.iter().any(|b| b.cell.is_none()));
-        // The same bands of it, by the energy of the whole light; not raised to zero where their series rings:
-        // only the sum is.
+        // The same bands of it, by the energy of the whole light; not raised to zero where their series
+        // rings: only the sum is.
         let rest = Source::prepared(source.base.clone(), Vec::new(), 255);
         let rest = Source { negative: true, bands: source.bands.clone(), ..rest };
         let mut ways = Vec::new();

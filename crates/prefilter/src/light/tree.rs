@@ -2,8 +2,8 @@
 //! in which far or smooth parts of the light are merged.
 //!
 //! Texels are merged 2 × 2; a node knows its flux, the centroid of its radiance and its radius. A node is
-//! used as a point where its radius is below [`Tree::OPENING`] times the angle over which the other factor varies
-//! there, and else opened; texels are divided further. With centroids the error is of second order in
+//! used as a point where its radius is below [`Tree::OPENING`] times the angle over which the other factor
+//! varies there, and else opened; texels are divided further. With centroids the error is of second order in
 //! that part.
 
 use crate::SmallLight;

@@ -1,6 +1,6 @@
-//! Catmull–Rom lookups in a lat-long image at the texel centres of a cube map: a row at a time, at angles that
-//! need no inverse function for each. (A light of 1024 × 512 brought to six faces of 512² took 0.29 processor
-//! seconds by lookups one by one, and takes 0.08.)
+//! Catmull–Rom lookups in a lat-long image at the texel centres of a cube map: a row at a time, at angles
+//! that need no inverse function for each. (A light of 1024 × 512 brought to six faces of 512² took 0.29
+//! processor seconds by lookups one by one, and takes 0.08.)
 
 use super::lookup::catmull_rom;
 use super::{Filter, SphereImage};

@@ -31,8 +31,8 @@ params! {
     }
 }
 
-/// Highest band at most for lights with edges: enough for the second level of ten (α = 1/81, k_l about e^(−αl)) to
-/// be filtered by bands. Direct sums would take minutes for its 400 000 texels.
+/// Highest band at most for lights with edges: enough for the second level of ten (α = 1/81, k_l about
+/// e^(−αl)) to be filtered by bands. Direct sums would take minutes for its 400 000 texels.
 const BANDS: usize = 767;
 /// Lights have edges where more than this part of the energy is beyond [`ORDER`]: 3 % of the RMS radiance.
 const EDGES: f64 = 1e-3;

@@ -318,9 +318,9 @@ impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
     type Output = ();
 
     /// Software-pipelined: while sixteen points are shaded, the texels of the next sixteen are found and
-    /// their light is prefetched, as a core has only few loads outstanding by itself. (The code is specialised
-    /// by number of coefficients inside the loop, per sixteen points: a specialised loop for each number was a
-    /// quarter of the code of all techniques.)
+    /// their light is prefetched, as a core has only few loads outstanding by itself. (The code is
+    /// specialised by number of coefficients inside the loop, per sixteen points: a specialised loop for each
+    /// number was a quarter of the code of all techniques.)
     #[inline(always)]
     fn run<A: Arch>(mut self) {
         let none = || Corner {
@@ -428,8 +428,8 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         false
     }
 
-    /// The first of sixteen sites in a row, where a corner of sixteen points from the first has such, as the vertices
-    /// of a mesh have that are shaded in order.
+    /// The first of sixteen sites in a row, where a corner of sixteen points from the first has such, as the
+    /// vertices of a mesh have that are shaded in order.
     #[inline(always)]
     fn at_sites(&self, first: usize, corner: usize) -> Option<usize> {
         let index: &[u32; SIDE] = self.q.site.index[corner].get(first..)?.first_chunk()?;
@@ -440,8 +440,8 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         (off == 0 && from as usize + SIDE <= self.frames.len()).then_some(from as usize)
     }
 
-    /// What [`Local::find`] finds where points have the normals of sites in a row: everything in registers, from
-    /// the memory that it lies in (the copies took a sixth of the time of whole numbers).
+    /// What [`Local::find`] finds where points have the normals of sites in a row: everything in registers,
+    /// from the memory that it lies in (the copies took a sixth of the time of whole numbers).
     #[inline(always)]
     fn look_from<A: Arch>(
         &self,
@@ -530,8 +530,8 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         N::weigh::<A>(to);
     }
 
-    /// Prefetches the light of one point of a corner. (Texels lie in a cache already: prefetching them as well took a
-    /// tenth longer.)
+    /// Prefetches the light of one point of a corner. (Texels lie in a cache already: prefetching them as
+    /// well took a tenth longer.)
     #[inline(always)]
     fn ask<const C: usize, const P: usize>(&self, b: &Corner, i: usize) {
         let (line, from) = (64 / size_of::<N>(), b.asked[i] as usize * 3 * C);
