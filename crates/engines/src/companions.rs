@@ -1,4 +1,4 @@
-//! What an engine's files hold beside the specular levels: diffuse light, sheen, the light as it is.
+//! What an engine's files hold in addition to the specular levels: diffuse light, sheen, the light as it is.
 
 use crate::levels::{Job, Level};
 use crate::plan::{Filter, Kernel, Plan, microfacet};
@@ -20,17 +20,17 @@ pub(crate) fn has_sheen(engine: &Engine) -> bool {
     engine.files == Files::Khronos
 }
 
-/// Is there a lat-long image of the light beside the cube?
+/// Is there a lat-long image of the light in addition to the cube?
 pub(crate) fn has_panorama(engine: &Engine) -> bool {
     matches!(engine.files, Files::LatLong { cube: Some(_), .. })
 }
 
-/// The sheen's level beside a specular one.
+/// The sheen level that belongs to a specular one.
 fn sheen_of(specular: &Filter) -> Filter {
     microfacet("charlie", specular.roughness.unwrap_or(0.0))
 }
 
-/// The kernels of everything beside the levels, which the light's analysis must know of.
+/// The kernels of all maps other than the levels: the light is analysed up to the bands that these need.
 pub(crate) fn kernels(plan: &Plan) -> Vec<Kernel> {
     let mut all = Vec::new();
     if has_diffuse(plan.engine) {
@@ -42,20 +42,20 @@ pub(crate) fn kernels(plan: &Plan) -> Vec<Kernel> {
     all
 }
 
-/// Filtered maps beside the specular levels.
+/// Filtered maps other than the specular levels.
 pub struct Companions {
     /// The cube of diffuse light.
     pub diffuse: Option<Level>,
     /// The levels of the cube of sheen.
     pub sheen: Vec<Level>,
-    /// The light as it is, beside cubes.
+    /// The unfiltered light, in addition to cubes.
     pub panorama: Option<Level>,
     /// Radiance, bands 0 to 2.
     pub sh: ShRgb,
 }
 
 impl Companions {
-    /// What a single file has beside it.
+    /// What accompanies a single file.
     pub(crate) fn none() -> Self {
         Self { diffuse: None, sheen: Vec::new(), panorama: None, sh: ShRgb::zero(0) }
     }

@@ -86,9 +86,9 @@ pub struct Filtered {
     pub light: Sampled,
     /// The levels of the output, or of its specular cube.
     pub levels: Vec<Level>,
-    /// What an engine's files hold beside them.
+    /// What an engine's files hold in addition.
     pub companions: Companions,
-    /// Light that does not fit into files of the light as it is, where there is any.
+    /// Light too bright for the unfiltered maps' texels, where there is any.
     pub beyond: Option<BeyondRange>,
     packed: Packed,
     /// Seconds of wall time by part, in their order.
@@ -161,7 +161,7 @@ impl Filtered {
         self.all().map(Level::error).fold(0.0, f64::max)
     }
 
-    /// The part of it that the format of the texels makes.
+    /// The largest relative RMS error that the texels' format adds to a map.
     pub fn format_error(&self) -> f64 {
         self.all().map(|l| l.format_error).fold(0.0, f64::max)
     }

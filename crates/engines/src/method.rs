@@ -14,7 +14,7 @@ pub struct MethodCost {
     pub cost: Cost,
 }
 
-/// The map that a way makes, and what it took. Its error is unknown until measured.
+/// The map filtered by one method, and its cost. Its error is unknown until measured.
 pub(crate) fn filter(
     method: Method,
     light: &Sampled,

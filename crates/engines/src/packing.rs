@@ -7,7 +7,8 @@ use steradian_formats::packed::{decode_rgbd, encode_rgbd, round_trip_rgbe};
 use steradian_formats::{FormatError, StoredTexture, TexelFormat, TextureLevels, WriteReport};
 use steradian_sphere::{Layout, SphereImage};
 
-/// The textures of the output, encoded once. Lat-long images and PNG faces are none.
+/// The textures of the output, encoded once. Lat-long images and PNG faces are not among them: these are no
+/// textures.
 #[derive(Default)]
 pub(crate) struct Packed {
     pub specular: Option<StoredTexture>,

@@ -35,7 +35,7 @@ impl Kernel {
         }
     }
 
-    /// How far its band coefficients may be from the reflectance's; nothing where they are known.
+    /// Error of its band coefficients, relative to the first; 0 where they have a closed form.
     pub fn accuracy(&self) -> f64 {
         match self {
             Self::Lobe(_) => 0.0,

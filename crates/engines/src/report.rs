@@ -54,12 +54,12 @@ impl Filtered {
         levels.chain(others).chain(written.iter().map(|w| w.name.clone())).collect()
     }
 
-    /// What became of light that does not fit, where some does not.
+    /// What was done about light too bright for the files, where there was any.
     pub fn beyond_in_words(&self) -> Option<String> {
         self.beyond.as_ref().map(|b| beyond(b, &self.request))
     }
 
-    /// How its error is known, and the part of it that the texels' format makes.
+    /// How the error is known, and how much of it the texels' format adds.
     pub fn error_in_words(&self) -> String {
         let how = if self.request.check > 0 { "measured" } else { "bound" };
         match self.format_error() {

@@ -12,7 +12,7 @@ use steradian_light::DiskLight;
 use steradian_prefilter::methods::Method;
 use steradian_sphere::Layout;
 
-/// A map, a chain of levels or an engine's files, as they are asked for. `None` is the usual.
+/// A map, a chain of levels or an engine's files, as they are asked for. `None` asks for the default.
 #[derive(Clone)]
 pub struct Request {
     /// File, or with an engine the folder.
@@ -50,7 +50,7 @@ pub struct Request {
     pub method: MethodChoice,
     /// Are lat-long images of the levels written beside the output?
     pub dump: bool,
-    /// Suns that are no part of the light: those that were taken out of it.
+    /// Suns that were taken out of the light.
     pub suns: Vec<DiskLight>,
 }
 

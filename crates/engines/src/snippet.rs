@@ -4,8 +4,8 @@ use crate::{Engine, Filtered, sun};
 use steradian_formats::TexelFormat;
 
 impl Filtered {
-    /// What loads the files, for the engine's own language, and the suns that were taken out of the light as
-    /// lights of its; nothing for a file that is no engine's.
+    /// Source text in the engine's language that loads the files and adds the suns taken out of the light as
+    /// lights. `None` for files of no engine.
     pub fn snippet(&self) -> Option<String> {
         let engine = self.request.engine?;
         let map = snippet(&self.engine(), &self.request.name);

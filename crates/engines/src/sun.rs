@@ -1,4 +1,4 @@
-//! Suns beside an engine's map, as lights of the engine: in its axes, its units and its language.
+//! Suns that were taken out of an engine's map, as lights in the engine's axes, units and language.
 
 use glam::DVec3;
 use std::fmt::Write;

@@ -8,15 +8,16 @@ use steradian_sphere::layout::Position;
 use steradian_sphere::{Layout, SphereImage};
 
 impl Lights {
-    /// The lights of a sky spec ([`crate::sky`]) with an image of `size`: a sun stays a disk beside it.
+    /// The lights of a sky spec ([`crate::sky`]) with an image of `size`: a sun stays a disk light, outside
+    /// the image.
     pub fn of_sky(spec: &str, size: (usize, usize)) -> Result<Self, crate::sky::SkyError> {
         let sky = crate::sky::by_name(spec, size.0, size.1)?;
         let environment = Some(Arc::new(Environment { image: sky.image }));
         Ok(Self { environment, disks: sky.sun.into_iter().collect(), ..Self::default() })
     }
 
-    /// Turns everything distant by `degrees` about +Y and multiplies it by `gain`. Points have places in a
-    /// scene and stay as they are.
+    /// Turns everything distant by `degrees` about +Y and multiplies it by `gain`. Point lights have
+    /// positions in the scene and stay as they are.
     pub fn adjust(&mut self, degrees: f64, gain: f64) {
         let rotation = about_y(degrees);
         if let Some(e) = self.environment.take() {

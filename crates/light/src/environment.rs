@@ -6,8 +6,8 @@ use steradian_sphere::{Layout, SphereImage};
 
 /// Distant light: a lat-long image in Steradian's convention (linear Rec. 709 radiance, W sr⁻¹ m⁻²).
 ///
-/// Other layouts are resampled when an environment is made of them (area-exact). Suns that are known apart
-/// from the image live beside it, in [`crate::Lights::disks`].
+/// Other layouts are resampled when an environment is made of them (area-exact). Suns that are not part of
+/// the image are in [`crate::Lights::disks`].
 #[derive(Debug, Clone)]
 pub struct Environment {
     /// Lat-long radiance.

@@ -39,8 +39,8 @@ impl Lamp {
         lamps(&text).map_err(|why| LightError::invalid(path.display().to_string(), why))
     }
 
-    /// A distant light turned by `rotation` and scaled by `gain`; a point has a place in the scene, which
-    /// stands still.
+    /// A distant light turned by `rotation` and scaled by `gain`; a point light has a position in the scene
+    /// and stays as it is.
     pub fn adjusted(self, rotation: DMat3, gain: f64) -> Self {
         match self {
             Self::Disk(d) => Self::Disk(DiskLight {

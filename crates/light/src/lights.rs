@@ -22,7 +22,8 @@ pub enum Unsound {
         /// What it holds.
         value: f32,
     },
-    /// A light that is no image is as texels must not be, or has no direction or place.
+    /// A light other than the image has values that are not finite, negative or too large, or no direction or
+    /// position.
     #[error("a {0} light is not finite, is beyond {LARGEST:e}, or has no direction")]
     Light(&'static str),
 }
@@ -79,9 +80,8 @@ pub struct Lights {
     pub directionals: Vec<DirectionalLight>,
     /// Point lights.
     pub points: Vec<PointLight>,
-    /// Distant lights whose straight light is shaded apart from the data that a technique makes of the
-    /// others: of these the data hold what surfaces reflect to each other, and techniques that know no
-    /// reflections hold nothing.
+    /// Distant lights whose direct light is shaded separately, not by the technique's data. The data hold
+    /// only their light reflected between surfaces; nothing, for techniques without interreflection.
     pub apart: Option<Arc<Lights>>,
 }
 

@@ -11,7 +11,7 @@ pub(crate) struct Energies<'a> {
     pub bands: &'a [f64],
     /// Energy of all bands, ∫ L².
     pub whole: f64,
-    /// Σ flux² of small lights beside these, whose bands have no end.
+    /// Σ flux² of further small lights, whose spectrum is flat.
     pub flux2: f64,
     /// Energy of the filtered light, to which errors are relative.
     pub result: f64,

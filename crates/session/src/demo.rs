@@ -1,5 +1,5 @@
-//! The first picture, from nothing but formulas: one scene as engines shade it, as this library does, and as
-//! it is.
+//! The first picture, from nothing but formulas: one scene shaded as engines do, by this library, and by the
+//! reference.
 
 use crate::compare::{Answer, Plan, Rendering};
 use crate::{Error, Material, Method, Renderer, Scene, Session, Shadows};
@@ -52,7 +52,7 @@ impl Demo {
         sheet(&self.answers)
     }
 
-    /// A reflectance and a technique of it, to go on with.
+    /// A reflectance and a technique for it, to suggest as the next command.
     pub fn next(&self) -> (&'static str, &'static str) {
         (MATERIALS[1], TECHNIQUES[1].0)
     }

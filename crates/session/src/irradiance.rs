@@ -123,8 +123,8 @@ impl WindowSpec {
         Ok(Self { kind, width })
     }
 
-    /// For coefficients of `bands` bands. Hann's and Lanczos' windows end at the first band that is not
-    /// there, that of Gauss has half the bands for its standard deviation.
+    /// For coefficients of `bands` bands. Hann's and Lanczos' windows fall to 0 at band `bands`; the standard
+    /// deviation of Gauss' window is half of `bands`.
     pub fn window(self, bands: usize) -> Window {
         let width = |usual: f64| self.width.unwrap_or(usual);
         match self.kind {
@@ -148,7 +148,7 @@ fn dering_json(d: &Dering) -> Value {
     json!({"factors": bands, "change": d.change, "least_change": d.least, "minimum": d.minimum})
 }
 
-/// The bands up to `order`; those that are not there are 0.
+/// The bands up to `order`; missing ones are 0.
 fn truncated(sh: &ShRgb, order: usize) -> ShRgb {
     let mut out = ShRgb::zero(order);
     for (to, from) in out.c.iter_mut().zip(&sh.c) {

@@ -53,7 +53,7 @@ impl Family {
         }
     }
 
-    /// The family of a kernel's name, as files and commands have it.
+    /// The family that a kernel's name in files and commands stands for.
     pub fn from_name(name: &str) -> Option<Self> {
         let name = name.trim().to_ascii_lowercase();
         Self::ALL.into_iter().find(|f| f.name() == name)

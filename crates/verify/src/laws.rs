@@ -13,7 +13,7 @@ pub struct Consumer {
     pub profile: &'static Profile,
     /// Law of the levels' kernels.
     pub law: Law,
-    /// What nine coefficients of diffuse light are in them.
+    /// Form of the nine coefficients of diffuse light in its files.
     pub coefficients: CoefficientForm,
 }
 
@@ -44,7 +44,7 @@ impl Consumer {
         Some(Self { name: profile.name, profile, law, coefficients: CoefficientForm::Polynomial })
     }
 
-    /// Are the files our own, which say themselves which roughness each level has?
+    /// Are these files of this library, whose metadata give the roughness of each level?
     pub fn is_own(&self) -> bool {
         self.profile.name == Profile::own().name
     }
@@ -84,17 +84,17 @@ pub enum Rule {
 /// Ways to count levels wrongly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Slip {
-    /// The list of one more level without its last one.
+    /// The curve of a chain with one level more, whose last level is missing.
     OneMoreWithoutLast,
-    /// The list of one more level without its first one.
+    /// The curve of a chain with one level more, whose first level is missing.
     OneMoreWithoutFirst,
-    /// The list of two more levels without the last two.
+    /// The curve of a chain with two levels more, whose last two are missing.
     TwoMoreWithoutLast,
     /// Each level has the kernel of the next one.
     AsNext,
     /// Each level has the kernel of the one before.
     AsBefore,
-    /// The list of two more levels without first and last.
+    /// The curve of a chain with two levels more, whose first and last are missing.
     TwoMoreWithoutEnds,
 }
 

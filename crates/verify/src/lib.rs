@@ -35,7 +35,7 @@ use steradian_sphere::SphereImage;
 
 /// Inputs of the comparison.
 pub struct Input<'a> {
-    /// Level by level, over world directions as the file's profile has them.
+    /// The file's levels, as functions of world direction by the convention of its profile.
     pub levels: &'a [SphereImage],
     /// Expected kernel of each level.
     pub expected: &'a [Kernel],
@@ -43,9 +43,10 @@ pub struct Input<'a> {
     pub law: laws::Law,
     /// The light.
     pub lights: &'a Lights,
-    /// The convention by which the light was read, to name a turn by.
+    /// The convention by which the light was read. Where the file is turned, the report names the conventions
+    /// that would have given the same turn.
     pub read: &'static Profile,
-    /// Step of the texels' values where they are whole numbers times max(1, largest channel) of it; 0 for
+    /// Quantisation step: values are multiples of `step` times max(1, largest channel of the texel). 0 for
     /// floats.
     pub step: f64,
 }

@@ -221,8 +221,8 @@ impl Prepared {
 /// Orders of three channels.
 pub const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [2, 1, 0], [1, 0, 2], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
 
-/// The image with its texels divided, where they are large: a hierarchy keeps parts that it holds, and has to
-/// work out those that it divides.
+/// The image with large texels divided into several of the same value: a hierarchy stores its own nodes, but
+/// computes parts of a texel anew at each visit.
 fn divided(image: &SphereImage) -> Option<SphereImage> {
     let n = DIVIDED_ROWS.div_ceil(image.height);
     let mut out = SphereImage::new(Layout::LatLong, n * image.width, n * image.height);

@@ -11,7 +11,7 @@ use steradian_sphere::Layout;
 /// One thing that is wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fault {
-    /// Every level is turned; with the names of the conventions that would undo the turn if the light were
+    /// Every level is turned. The names are those of conventions that would undo the turn if the light were
     /// read by them.
     Turned(Orientation, Vec<&'static str>),
     /// Channel c of the file holds channel `.0[c]` of the light.
@@ -22,7 +22,7 @@ pub enum Fault {
     Kernels(Vec<(usize, Kernel)>),
     /// The light was altered before it was filtered.
     Light(Alteration),
-    /// A factor lies on the light, per level where it differs by level.
+    /// The file holds the light times a factor; one number per level where levels differ.
     Scale(Scale, Vec<f64>),
     /// Values are encoded, or decoded, once too often.
     Encoded(Encoding),
@@ -44,15 +44,15 @@ pub enum Fault {
         /// Number of texels.
         texels: usize,
     },
-    /// The texels along the faces' borders are off by this.
+    /// Relative error of the texels along the faces' borders, which the others do not have.
     Seams(f64),
-    /// Errors of this size that change from texel to texel and follow nothing of the light.
+    /// Errors of this relative size that change from texel to texel, independent of the light.
     Noise(f64),
-    /// Values are whole numbers of 1/255, linear or encoded, and off by this.
+    /// Values are multiples of 1/255, linear or sRGB-encoded, with this relative error.
     Coarse(Encoding, f64),
-    /// Nothing of the light's detail is in the file.
+    /// The file shows none of the light's detail: it was made from another light.
     OtherLight,
-    /// Off by this, and nothing explains it clearly.
+    /// Relative error that no hypothesis explains clearly, and the hypotheses that come nearest.
     Unexplained(f64, Vec<Nearest>),
     /// Residual that the named faults do not explain.
     Remains(f64),
@@ -93,9 +93,9 @@ pub struct Level {
     pub found: Kernel,
     /// Factors per channel.
     pub scale: [f64; 3],
-    /// Relative residual of the samples, as expected and as found.
+    /// Relative residual of the samples under the expected kernel.
     pub expected_residual: f64,
-    /// Residual under the kernel found.
+    /// Relative residual of the samples under the kernel found.
     pub residual: f64,
     /// Error against the expected kernel.
     pub error: Error,

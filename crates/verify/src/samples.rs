@@ -79,7 +79,8 @@ fn size(v: &[f64; 3]) -> f64 {
     v.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
-/// Below this darkness counts less: a part of the mean of small powers, which suns do not lift.
+/// Values below this weigh less in relative errors: a fifth of the squared mean of the values' roots, which
+/// suns hardly raise.
 pub fn floor(values: &[[f64; 3]]) -> f64 {
     floor_of(values.iter().map(root).sum::<f64>() / values.len().max(1) as f64)
 }

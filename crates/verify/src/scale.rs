@@ -169,7 +169,8 @@ pub fn lobe(roughness: Option<f64>) -> Option<[f64; 2]> {
 /// Quality of a hypothesis.
 #[derive(Debug, Clone)]
 pub struct Score {
-    /// Relative residual of each level, each half judged with the numbers fitted to the other half.
+    /// Relative residual of each level by cross-validation: the factors are fitted to one half of the samples
+    /// and tested on the other.
     pub levels: Vec<f64>,
     /// RMS over the levels.
     pub residual: f64,
@@ -178,7 +179,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// References a form of factors; `None` where it does not apply.
+    /// How well factors of one form explain the samples; `None` where the form does not apply.
     pub fn new(
         form: Form,
         halves: &[[Moments; 2]],

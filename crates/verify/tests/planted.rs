@@ -43,13 +43,13 @@ fn verify(levels: &[SphereImage], light: &SphereImage) -> Report {
     check(&input, &Task::quiet()).expect("is not cancelled")
 }
 
-type Reference = Box<dyn Fn(&[Fault]) -> bool>;
+type Judge = Box<dyn Fn(&[Fault]) -> bool>;
 
 /// One planted fault: its name, the levels, and whether faults name it.
 struct Plant {
     name: String,
     levels: Vec<SphereImage>,
-    named: Reference,
+    named: Judge,
 }
 
 fn plant(
@@ -347,7 +347,7 @@ fn unnamed(faults: &[Fault]) -> bool {
 
 /// The judgement of the plants under one light, printed; false causes, and visible faults that nothing was
 /// said of.
-fn reference(
+fn judged(
     (name, turn): (&str, usize),
     light: &SphereImage,
     other: &SphereImage,
@@ -402,7 +402,7 @@ fn reference(
 
 #[test]
 fn no_false_cause_is_named_under_a_sky() {
-    let (right, all, wrong) = reference(("sky", 0), &bake::sky(), &bake::studio());
+    let (right, all, wrong) = judged(("sky", 0), &bake::sky(), &bake::studio());
     assert!(wrong.is_empty(), "{wrong:#?}");
     // Lambert and GGX of roughness 1 are one kernel, for example: indistinguishable causes are not named.
     assert!(7 * right >= 6 * all, "{right} of {all}");
@@ -410,7 +410,7 @@ fn no_false_cause_is_named_under_a_sky() {
 
 #[test]
 fn no_false_cause_is_named_in_a_studio() {
-    let (right, all, wrong) = reference(("studio", 1), &bake::studio(), &bake::photograph());
+    let (right, all, wrong) = judged(("studio", 1), &bake::studio(), &bake::photograph());
     assert!(wrong.is_empty(), "{wrong:#?}");
     // Lambert and GGX of roughness 1 are one kernel, for example: indistinguishable causes are not named.
     assert!(7 * right >= 6 * all, "{right} of {all}");
@@ -418,7 +418,7 @@ fn no_false_cause_is_named_in_a_studio() {
 
 #[test]
 fn no_false_cause_is_named_of_a_photograph() {
-    let (right, all, wrong) = reference(("photograph", 2), &bake::photograph(), &bake::sky());
+    let (right, all, wrong) = judged(("photograph", 2), &bake::photograph(), &bake::sky());
     assert!(wrong.is_empty(), "{wrong:#?}");
     // Lambert and GGX of roughness 1 are one kernel, for example: indistinguishable causes are not named.
     assert!(7 * right >= 6 * all, "{right} of {all}");

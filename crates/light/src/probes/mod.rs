@@ -48,7 +48,7 @@ pub struct Probes {
 }
 
 impl Places {
-    /// How many probes there are; `None` where that is no number that a computer counts to.
+    /// Number of probes; `None` where it overflows.
     pub fn count(&self) -> Option<usize> {
         match self {
             Self::Grid { size, .. } => {

@@ -1,4 +1,4 @@
-//! How the light of a point is made of that of probes.
+//! Interpolation of the probes' light at a point.
 
 use super::{Places, Probes};
 use glam::{DVec3, UVec3};

@@ -109,7 +109,7 @@ pub fn extract(image: &SphereImage, options: &SunOptions) -> Extraction {
     Extraction { sunless, suns, shares, change: change.unwrap_or(0.0), deviation }
 }
 
-/// What the image must hold beside the suns.
+/// The moments that the image must have, so that image and suns together have those of the original.
 fn rest(before: &[Moments; 3], suns: &[DiskLight]) -> [Moments; 3] {
     std::array::from_fn(|c| suns.iter().fold(before[c], |m, d| m.minus(&Moments::of_disk(d, c))))
 }

@@ -1,4 +1,4 @@
-//! The suns of a whole light: those beside its image and those in it.
+//! The suns of a whole light: disk lights, and suns in its image.
 
 use super::{SunOptions, extract, luminance};
 use crate::{DiskLight, Environment, Lights};
@@ -18,7 +18,7 @@ pub struct Taken {
     pub deviation: f64,
 }
 
-/// Takes the suns out of `lights`: those beside the image (a sky's), and those in it.
+/// Takes the suns out of `lights`: disk lights (of a sky), and suns in the image.
 pub fn take(lights: &mut Lights) -> Taken {
     let known = std::mem::take(&mut lights.disks);
     let mut out = Taken { suns: known, shares: Vec::new(), change: 0.0, deviation: 0.0 };

@@ -1,4 +1,5 @@
-//! Small lights in a cube map: the cheapest of three ways that keeps the sky beside them.
+//! Small lights in a cube map: the cheapest of three ways that does not let them ring into the sky around
+//! them.
 //!
 //! A truncated series rings about a sun, and its ripples would show in the sky, which is a thousand times
 //! darker. Kernels that fall smoothly to nothing within the bands do not ring: all light goes through the

@@ -169,9 +169,9 @@ impl Tree {
         sum
     }
 
-    /// [`Tree::integrate`] of a function of many directions at a time, which `f` may overwrite. Of `bound`
-    /// nothing matters but whether it is what `scale` is, infinite, or else at least the radius over
-    /// [`Tree::OPENING`].
+    /// [`Tree::integrate`] of a function of many directions at a time, which `f` may overwrite. `bound` must
+    /// be infinite where `scale` is; elsewhere only whether it is at least the radius over [`Tree::OPENING`]
+    /// matters.
     pub fn integrate_many(
         &self,
         bound: impl Fn(DVec3, f64) -> f64,

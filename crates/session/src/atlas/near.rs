@@ -55,8 +55,8 @@ pub(super) fn columns(
     Ok(vec![varying, bumps, shadows, bounces, relit, moved])
 }
 
-/// A reflectance of each point's own from images, beside that reflectance; `None` where it is not known apart
-/// from the technique.
+/// Reflectance that varies by images, tried against the exact one; `None` where there is no exact one other
+/// than the technique's own.
 fn varying(t: &'static dyn AnyLocal, task: &Task) -> Result<Option<Outcome>, Error> {
     let brdf = parse(usual_specimen(t.card()))?;
     // Normals and tangents of each point's own are bumps.

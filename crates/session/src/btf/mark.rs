@@ -1,5 +1,5 @@
-//! What the record of a capture says of the files beside it: that they are computed, from which random
-//! numbers, and how many views and lights there were.
+//! The record of a capture, in the folder of its pictures: that they are computed, from which random numbers,
+//! and of how many views and lights.
 
 use super::capture::{MOST_DIRECTIONS, RECORD, RECORD_BYTES};
 use crate::Session;
@@ -19,7 +19,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// What a list says itself, or else the record of the capture beside it.
+    /// What the list says itself, or else the record of the capture in its folder.
     pub(super) fn of_list(list: &BtfList, path: &Path) -> Option<Self> {
         let Some(source) = list.source.clone() else { return Self::beside(path) };
         let variances: Option<Vec<f64>> = list.pictures.iter().map(|p| p.variance).collect();
@@ -78,7 +78,7 @@ fn record(path: &Path) -> Option<Value> {
     serde_json::from_str(&read_text(&record, RECORD_BYTES, "the record of a capture").ok()?).ok()
 }
 
-/// How many views and lights the capture had whose record lies beside a list.
+/// Numbers of views and lights of the capture whose record lies in the list's folder.
 pub(super) fn captured(path: &Path) -> Option<[usize; 2]> {
     let record = record(path)?;
     let count = |what: &str| {

@@ -31,7 +31,7 @@ pub struct BtfFacts {
     pub size: (usize, usize),
     /// Largest angle of a view from the normal, and of a light, degrees.
     pub angles: [f64; 2],
-    /// Where they come from, as the list says, or the record of the capture beside it.
+    /// Where they come from, by the list, or by the record of the capture in its folder.
     pub source: Option<Source>,
 }
 
@@ -54,8 +54,8 @@ fn fault(path: &Path, list: &BtfList, e: BtfError) -> Error {
 }
 
 /// Refuses a list that lacks all pictures of a view or of a light, where every view that is left has every
-/// light. What a capture took is in the record beside its list. Other lists are refused where most directions
-/// of the light have a view and every view is one of them: such sets look from where they light.
+/// light. The record of a capture says which pictures there should be. Other lists are refused where most
+/// directions of the light have a view and every view is one of them: such sets look from where they light.
 fn complete(path: &Path, list: &BtfList, pairing: &Pairing) -> Result<(), Error> {
     let name = |d: DVec3| {
         let [theta, phi] = capture::angles(d);

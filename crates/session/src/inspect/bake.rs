@@ -25,7 +25,7 @@ pub struct BakeFacts {
     pub card: &'static Card,
     /// The inputs that it was made from.
     pub made: Made,
-    /// Parameters that hold, the default ones too.
+    /// All parameters, defaults included.
     pub params: ParamValues,
     /// Bytes that shading reads.
     pub bytes: usize,
@@ -44,7 +44,7 @@ pub struct LocalBakeFacts {
     pub card: &'static Card,
     /// Spec of the reflectance; files appear without their folders.
     pub brdf: String,
-    /// Parameters that hold, the default ones too.
+    /// All parameters, defaults included.
     pub params: ParamValues,
     /// Bytes that shading reads.
     pub bytes: usize,

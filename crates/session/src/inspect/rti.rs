@@ -19,7 +19,7 @@ pub struct PtmFacts {
     pub polynomials: Vec<(&'static str, [(f32, f32); 6])>,
     /// Smallest and largest of red, green and blue, which a polynomial of luminance scales.
     pub color: Option<[(u8, u8); 3]>,
-    /// What the record of a capture beside the file says of it.
+    /// Where it comes from, by the record of a capture in its folder.
     pub source: Option<Source>,
 }
 
@@ -35,7 +35,7 @@ pub struct LightPositionFacts {
     /// Ratio of the largest singular value of the lights' polynomials of six coefficients to the smallest, or
     /// why these cannot be fitted.
     pub polynomials: Result<f64, String>,
-    /// What the record of a capture beside the file says of it.
+    /// Where it comes from, by the record of a capture in its folder.
     pub source: Option<Source>,
 }
 

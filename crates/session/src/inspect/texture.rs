@@ -20,8 +20,8 @@ pub struct TextureFacts {
     pub levels: Vec<LevelFacts>,
     /// Name of the profile whose layout the file has, where the file says so.
     pub profile: Option<String>,
-    /// Whose it is taken for, where the file does not say it and the caller does: `perceptual_roughness` and
-    /// `kernel` follow from that.
+    /// The profile that the caller names for a file that records none: `perceptual_roughness` and `kernel`
+    /// follow from that.
     pub taken_for: Option<&'static str>,
     /// What its levels are convolved with, where the file or its profile says so.
     pub kernel: Option<String>,

@@ -31,9 +31,9 @@ pub struct SceneRequest {
     pub environment: Option<String>,
     /// How the environment is read, turned and scaled.
     pub adjust: Adjust,
-    /// File of lights beside the environment, which turn and scale with it.
+    /// File of lights in addition to the environment, which turn and scale with it.
     pub sun_lights: Option<PathBuf>,
-    /// Lights beside the environment, as they stand.
+    /// Lights in addition to the environment, which neither turn nor scale with it.
     pub lamps: Vec<Lamp>,
     /// File of light that varies over space, in place of every other light.
     pub probes: Option<PathBuf>,
@@ -49,7 +49,7 @@ pub struct SceneRequest {
     pub exposure: Option<Option<f32>>,
     /// How radiance becomes a display's colours.
     pub tone_mapper: Option<ToneMapper>,
-    /// What is seen beside the mesh.
+    /// Background, where a pixel shows no surface.
     pub background: Option<SceneBackground>,
     /// Blur of the environment that is seen, degrees.
     pub blur: Option<f64>,
@@ -423,7 +423,7 @@ mod tests {
         assert_eq!(ground.method.is_some(), taken);
     }
 
-    /// No environment is made up beside lights that are named.
+    /// Where lights are named, no default environment is added.
     #[test]
     fn lamps_stand_alone() {
         let lamp = Lamp::parse("point:position=1/2/3,intensity=1/1/1").unwrap();

@@ -37,7 +37,7 @@ pub trait Technique: Send + Sync + 'static {
     }
     /// Bakes the light.
     fn light(l: &Lights, p: &Self::Params, task: &Task) -> Result<Self::Light, BakeError>;
-    /// Bakes the reflectance, which [`Technique::takes`] takes.
+    /// Bakes a reflectance that [`Technique::takes`] has accepted.
     fn material(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Material, BakeError>;
     /// Accepts a reflectance for bakes with these parameters, or says why it is refused and what to use
     /// instead. Techniques with parameters that widen what [`Card::materials`] takes override this; lists and
@@ -46,8 +46,8 @@ pub trait Technique: Send + Sync + 'static {
         let _ = p;
         (Self::CARD.materials)(brdf)
     }
-    /// With these parameters, must a frame come before shading whenever the view changes, and is it too slow
-    /// to make for several views in turn?
+    /// With these parameters, must [`Technique::frame`] run whenever the view changes, and is it too slow to
+    /// run for several views in turn?
     fn needs_view(p: &Self::Params) -> bool {
         let _ = p;
         Self::CARD.needs.view
@@ -141,8 +141,8 @@ pub trait Technique: Send + Sync + 'static {
     /// The shading of a frame as plain data for a GPU.
     fn gpu(b: &Bake<Self>, f: &Self::Frame) -> GpuTechnique;
     /// The uniforms of [`Technique::gpu`] that frames change, to write in place of those of the same names;
-    /// `None` where frames change more than uniforms. Techniques with tables say it themselves, so that none
-    /// is copied here.
+    /// `None` where frames change more than uniforms. Techniques with tables override this, so that no table
+    /// is copied.
     fn gpu_frame(b: &Bake<Self>, f: &Self::Frame) -> Option<Vec<Uniform>> {
         Some(Self::gpu(b, f).uniforms)
     }
@@ -159,9 +159,8 @@ pub trait Technique: Send + Sync + 'static {
         let _ = b;
         Self::VARIES
     }
-    /// Does shading read textures of its own, at [`Points::uv`] and [`Points::chart`]? Then no suns are
-    /// shaded exactly beside the bake, since that shading has one reflectance for the whole surface: all
-    /// light is baked.
+    /// Does shading read textures of its own, at [`Points::uv`] and [`Points::chart`]? Then suns are baked
+    /// with all other light: shading them exactly would take one reflectance for the whole surface.
     fn is_textured(b: &Bake<Self>) -> bool {
         let _ = b;
         false
@@ -184,7 +183,7 @@ pub struct Parts<'a, T: Technique + ?Sized> {
     pub transfer: &'a T::Transfer,
 }
 
-/// A finished bake; its factors are shared with bakes that other factors were exchanged in.
+/// A finished bake. Bakes made from it with one factor exchanged share its other factors.
 pub struct Bake<T: Technique + ?Sized> {
     /// The parameters it was made with.
     pub params: T::Params,

@@ -6,8 +6,8 @@
 pub struct PointLobe {
     /// Width alpha = perceptual_roughness² in place of the material's; negative keeps the material's.
     pub alpha: f32,
-    /// Added to alpha², albedo unchanged: twice the variance of the normals' slopes where it is taken as
-    /// round (Olano & Baker 2010, *LEAN Mapping*: alpha'² = alpha² + 2σ²).
+    /// Added to alpha², albedo unchanged: twice the variance of the normals' slopes along one axis, for a
+    /// distribution taken as isotropic (Olano & Baker 2010, *LEAN Mapping*: alpha'² = alpha² + 2σ²).
     pub widen: f32,
     /// Least alpha of the lookup, by which the pixel's own footprint in the reflection blurs it (K06: the
     /// level of the lookup is the larger of those of roughness and minification).
@@ -81,7 +81,7 @@ impl PointChart {
 /// these report so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Varies {
-    /// The width of the lobe; also where the reflectance has no width to vary.
+    /// The width of the lobe. True also where the reflectance has no width, so that nothing is ignored.
     pub alpha: bool,
     /// The normals under the point.
     pub normals: bool,

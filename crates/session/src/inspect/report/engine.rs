@@ -1,5 +1,5 @@
-//! What the files beside an engine's maps are: a glTF file with a light, suns, coefficients of diffuse light,
-//! the split sum's table.
+//! Files that accompany an engine's maps: a glTF file with a light, suns, coefficients of diffuse light, the
+//! split sum's table.
 
 use super::{Line, Report, light};
 use crate::prefiltered::{LightOfGltf, coefficients};
@@ -16,7 +16,7 @@ use steradian_light::load::Profile;
 const TEXT: u64 = 1 << 16;
 
 impl Session {
-    /// What a file is that lies beside an engine's maps; `None` where it is something else.
+    /// Report on a file that accompanies an engine's maps; `None` for other files.
     pub(super) fn inspect_beside(&mut self, path: &Path, adjust: &Adjust) -> Result<Option<Report>, Error> {
         if !path.is_file() {
             return Ok(None);
@@ -151,7 +151,7 @@ fn three(v: [f64; 3]) -> String {
     format!("{:.5} {:.5} {:.5}", v[0], v[1], v[2])
 }
 
-/// A file of lights, such as the suns beside a map.
+/// A file of lights, such as the suns taken out of a map.
 fn lamps(all: &[Lamp], name: &str) -> Report {
     let mut lines: Vec<Line> = vec![("name", name.into()), ("lights", all.len().to_string())];
     let mut entries = Vec::new();
