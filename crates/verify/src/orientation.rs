@@ -5,12 +5,15 @@ use steradian_parallel::prelude::*;
 use steradian_sphere::layout::Position;
 use steradian_sphere::{Layout, SphereImage};
 
-/// Texels a side of the cubes that are compared.
+/// Texels a side of the cubes that are compared: 5.6° each. Turns by less than that are found by bilinear
+/// lookups, in steps down to 0.03°.
 pub const SIDE: usize = 16;
-/// A map is reported as rotated only where that reduces the residual to this part.
-const BETTER: f64 = 0.6;
-/// Residuals below this are noise.
-const NOISE: f64 = 2e-4;
+/// A map is reported as turned only where that reduces the residual to this part. Planted symmetries of the
+/// cube leave nothing of it; those that were passed over in 59 planted files leave 0.67 to 0.91.
+const MAX_REMAINING_PART: f64 = 0.6;
+/// Residuals below this are not worth a turn: they are differences of filters and rounding. In 59 planted
+/// files no turn is found below 0.04, so that half and twice give the same decisions.
+const MIN_RESIDUAL: f64 = 2e-4;
 
 /// The faces in order.
 pub const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
@@ -105,7 +108,7 @@ pub fn find(file: &SphereImage, world: &SphereImage) -> Found {
     };
     let scores: Vec<(DMat3, f64)> = symmetries().into_par_iter().map(|g| (g, score(g))).collect();
     let straight = scores[0].1;
-    let better = |a: f64, b: f64| a < BETTER * b && b > NOISE;
+    let better = |a: f64, b: f64| a < MAX_REMAINING_PART * b && b > MIN_RESIDUAL;
     let mut best = (Orientation::Axes(DMat3::IDENTITY), straight);
     let lowest = scores.iter().fold(scores[0], |a, b| if b.1 < a.1 - 1e-6 { *b } else { a });
     if better(lowest.1, best.1) {
@@ -241,7 +244,7 @@ fn by_faces(f: &[f64], w: &[f64], n: usize, scale: f64) -> ([(usize, usize); 6],
     let alike =
         (1..8).map(|q| (q, every(q))).fold((0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a });
     let (own, same) = (1.0 - found.1 / scale, 1.0 - alike.1 / scale);
-    if same <= 1.2 * own + NOISE {
+    if same <= 1.2 * own + MIN_RESIDUAL {
         return (std::array::from_fn(|face| (face, alike.0)), same);
     }
     (found.0, own)
