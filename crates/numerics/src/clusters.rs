@@ -39,12 +39,16 @@ pub struct Clusters {
     pub errors: Vec<f64>,
 }
 
-/// Clusters, nearest means first, whose subspaces a point is held against.
+/// Clusters, nearest means first, whose subspaces a point is compared with. Of 16 384 shadowed cosines in 128
+/// clusters of 6 components, 12 leave 0.2 % more and take 0.7 of the time; 48 leave 0.2 % less and take 1.3
+/// of it.
 const CANDIDATES: usize = 24;
-/// Turns of vector quantisation that start.
+/// Turns of vector quantisation that start. Two and eight end in other local minima, whose errors are 0 to 4
+/// % lower in the cases tried: no number is best.
 const STARTS: usize = 4;
-/// Points of a cluster from which starts are drawn.
-const DRAWN: usize = 16;
+/// Points per cluster from which starts are drawn. Eight and 32 end in other local minima, whose errors are 0
+/// to 5 % lower in the cases tried.
+const DRAWN_PER_CLUSTER: usize = 16;
 
 impl Clusters {
     /// The clusters of `points`, of `dimension` numbers each. The same bits whatever the number of threads.
@@ -290,7 +294,7 @@ fn orthonormal(vectors: &mut [f64], d: usize, k: usize) {
 fn starts(points: &[f32], d: usize, clusters: usize) -> Vec<f64> {
     let count = points.len() / d;
     let sample: Vec<usize> = {
-        let n = count.min(DRAWN * clusters);
+        let n = count.min(DRAWN_PER_CLUSTER * clusters);
         (0..n).map(|k| k * count / n).collect()
     };
     let point = |p: usize| &points[p * d..][..d];

@@ -36,7 +36,8 @@ pub struct Factors {
 /// `[c][k][j]`: of each colour and term a number for each column.
 type Colours = Vec<Vec<Vec<f64>>>;
 
-/// What is added to the diagonal of each system, over its mean.
+/// What is added to the unit diagonal of each scaled system. 1e-14 gives the same five digits of the
+/// residuals of up to eight terms; 1e-6 raises the eighth from 7.0285e-3 to 7.0295e-3.
 const RIDGE: f64 = 1e-10;
 
 impl Weighted {

@@ -17,8 +17,10 @@ pub struct Sparse {
     turned: OnceLock<Lists>,
 }
 
-/// Rows whose sums are taken apart, to be added in their order.
-const ROWS: usize = 1 << 16;
+/// Rows whose sums are accumulated together; the blocks are added in their order, so that results do not
+/// depend on threads. A block has accumulators of all columns: of a million rows and 20 000 columns, half as
+/// many rows take 1.3 times the processor time, twice as many 0.94.
+const ROWS_PER_BLOCK: usize = 1 << 16;
 
 /// Lists of (index, value) one after the other.
 #[derive(Default)]
@@ -95,14 +97,14 @@ impl Sparse {
         let block = |(b, weight): (usize, &[Rgb])| {
             let mut s = vec![[0.0; 3]; self.columns];
             for (row, w) in weight.iter().enumerate() {
-                for &(k, v) in self.rows.get(b * ROWS + row) {
+                for &(k, v) in self.rows.get(b * ROWS_PER_BLOCK + row) {
                     let to = &mut s[k as usize];
                     (0..3).for_each(|c| to[c] += (f64::from(v) * w[c]).powi(2));
                 }
             }
             s
         };
-        let blocks: Vec<Vec<Rgb>> = weight.par_chunks(ROWS).enumerate().map(block).collect();
+        let blocks: Vec<Vec<Rgb>> = weight.par_chunks(ROWS_PER_BLOCK).enumerate().map(block).collect();
         let mut sum = vec![[0.0; 3]; self.columns];
         for block in blocks {
             sum.iter_mut().zip(block).for_each(|(s, b)| (0..3).for_each(|c| s[c] += b[c]));

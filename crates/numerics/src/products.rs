@@ -34,12 +34,14 @@ pub struct Problem {
     pub dense: bool,
 }
 
-/// Blocks of rows whose normal equations are summed apart.
+/// Blocks of rows whose normal equations are summed apart: fixed, so that sums do not depend on the number of
+/// threads. Each block has a matrix of 24 n² bytes for n unknowns.
 const BLOCKS: usize = 16;
-/// Samples whose squares are summed apart.
-const SAMPLES: usize = 1 << 12;
-/// What is added to the diagonal of normal equations, over it: a factor that moves from one map to another
-/// changes nothing.
+/// Samples whose squares are summed in one block: fixed, so that sums do not depend on the number of threads.
+const SAMPLES_PER_BLOCK: usize = 1 << 12;
+/// Part of the diagonal that is added to normal equations, which are singular: a factor moved from one map to
+/// another changes nothing. It lies above the rounding of a factorisation (n ε, 3e-14 for 300 unknowns) and
+/// far below the accuracy of the fits.
 const RIDGE: f64 = 1e-11;
 
 /// A solution.
@@ -88,10 +90,10 @@ impl Problem {
             sum
         };
         let block = |b: usize| {
-            let range = b * SAMPLES..((b + 1) * SAMPLES).min(n);
+            let range = b * SAMPLES_PER_BLOCK..((b + 1) * SAMPLES_PER_BLOCK).min(n);
             range.fold([0.0; 3], |sum, k| add(sum, of(k).map(|x| x * x)))
         };
-        let blocks: Vec<Rgb> = (0..n.div_ceil(SAMPLES)).into_par_iter().map(block).collect();
+        let blocks: Vec<Rgb> = (0..n.div_ceil(SAMPLES_PER_BLOCK)).into_par_iter().map(block).collect();
         blocks.into_iter().fold([0.0; 3], add)
     }
 
