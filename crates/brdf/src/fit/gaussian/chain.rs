@@ -8,11 +8,14 @@ use std::borrow::Borrow;
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 
-/// Squared relative errors below this count as 0: relative errors of 0.3 %.
+/// Squared relative errors below this count as 0: relative errors of 0.3 %. Half and twice choose the same
+/// diffuse parts of GGX, measured chrome and Oren and Nayar's model.
 const FLOOR: f64 = 1e-5;
-/// Steps of searches that only compare diffuse parts.
-const SOME: usize = 8;
-/// Cost of a jump between elevations of stretched lobes, relative to that of an error of its size.
+/// Steps of searches that only compare diffuse parts. Four choose the same diffuse parts in those cases; 16
+/// another one for GGX of alpha 0.4, whose mean error is 0.058 in place of 0.057.
+const DIFFUSE_STEPS: usize = 8;
+/// Cost of a jump between elevations of stretched lobes, relative to that of an error of its size. Half and
+/// twice give the same fits in those cases.
 pub(super) const JUMP: f64 = 4.0;
 
 /// Chooses the diffuse part with which the geometric mean of the lobes' errors at some views is least:
@@ -35,7 +38,7 @@ pub(super) fn diffuse(brdf: &dyn Brdf, kind: Kind) -> [f64; 3] {
         let diffuse = std::array::from_fn(|c| f64::min(found[c], most[c]));
         let error = |whole: &Slice| {
             let slice = whole.less(diffuse);
-            let steps = if kind.stretched { SOME } else { refine::STEPS };
+            let steps = if kind.stretched { DIFFUSE_STEPS } else { refine::STEPS };
             let fit = refine::search(&slice, kind, 1, steps).pop();
             let part = |of: f64, e: f64| (FLOOR + e / of.max(1e-300)).ln() / views.len() as f64;
             fit.map_or(0.0, |f| {

@@ -56,9 +56,9 @@ use steradian_base::{Cancelled, Task};
 pub use swept::mean_cosine;
 pub(crate) use swept::{Axes, Swept};
 
-/// The last elevation of a fit, radians: 89°.
+/// The last elevation of a fit, radians: 89°, since at 90° nothing is seen.
 pub const LAST: f64 = 89.0 * PI / 180.0;
-/// Most lobes.
+/// Most lobes: the weights are the best of minima on 2^K − 1 faces, 15 for four lobes, at every step.
 pub const MAX_LOBES: usize = 4;
 
 /// The objective of the fit.
@@ -214,9 +214,9 @@ impl SliceReport {
     }
 }
 
-/// Elevations that [`GaussianFit::within`] tries with each number of lobes.
+/// Elevations that [`GaussianFit::within`] tries with each number of lobes: 15 are the paper's N.
 const TRIED_VIEWS: [usize; 5] = [4, 8, 15, 22, MAX_VIEWS];
-/// Most elevations.
+/// Most elevations: steps of 3.1°.
 pub const MAX_VIEWS: usize = 30;
 
 /// A fit.

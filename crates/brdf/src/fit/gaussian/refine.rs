@@ -16,17 +16,22 @@ pub(super) struct Fitted {
     pub converged: bool,
 }
 
-/// Largest σ.
-const WIDEST: f64 = 1.2;
-/// Most steps.
+/// Largest σ, radians. Of GGX of alpha 0.4 the mean error is 0.057; with half as much too, with twice as much
+/// 0.058.
+const MAX_SIGMA: f64 = 1.2;
+/// Steps of a search at most. 30 leave one of 15 views unconverged of GGX (alpha 0.4) and of measured chrome;
+/// 120 give the same fits.
 pub(super) const STEPS: usize = 60;
-/// Steps of every start before the worse ones are given up.
-const TRIAL: usize = 6;
-/// Relative decrease of the error at which a search ends: for round, and for stretched lobes.
-const ENOUGH: [f64; 2] = [1e-5, 1e-4];
+/// Steps of every start before the worse ones are given up. Three and 12 change the mean errors of GGX,
+/// measured chrome and Oren and Nayar's model by 2e-4 at most.
+const TRIAL_STEPS: usize = 6;
+/// Relative decrease of the error at which a search ends: for round, and for stretched lobes. Half and twice
+/// change the mean errors of those fits by 2e-4 at most.
+const CONVERGED_DECREASE: [f64; 2] = [1e-5, 1e-4];
 
-/// Largest s.
-const FURTHEST: f64 = 1.0;
+/// Largest s, radians. Half as much raises the mean error of GGX of alpha 0.4 from 0.057 to 0.058; twice as
+/// much gives the same fits.
+const MAX_SWEEP: f64 = 1.0;
 /// Polar angle of a mean, away from wo, ln σ and ln s; where lobes are turned also its angle out of the
 /// plane, and that of the sweep.
 type Place = [f64; 5];
@@ -130,7 +135,7 @@ impl<'a> Search<'a> {
         let angle = if fixed { [0.0; 2] } else { [-FRAC_PI_2, FRAC_PI_2 + 0.3] };
         // The direction of the sweep is an angle without bounds.
         let turn = [f64::NEG_INFINITY, f64::INFINITY];
-        [angle, [narrow.ln(), WIDEST.ln()], [(0.1 * narrow).ln(), FURTHEST.ln()], [-1.4, 1.4], turn]
+        [angle, [narrow.ln(), MAX_SIGMA.ln()], [(0.1 * narrow).ln(), MAX_SWEEP.ln()], [-1.4, 1.4], turn]
     }
 
     /// s of a place.
@@ -210,7 +215,7 @@ impl<'a> Search<'a> {
 
     /// Up to `steps` steps.
     fn advance(&mut self, run: &mut Run, steps: usize) {
-        let enough = ENOUGH[usize::from(self.kind.stretched)];
+        let enough = CONVERGED_DECREASE[usize::from(self.kind.stretched)];
         for _ in 0..steps {
             if run.converged {
                 return;
@@ -254,7 +259,7 @@ impl<'a> Search<'a> {
         let mut runs: Vec<Run> = starts.into_iter().map(|s| self.begin(s)).collect();
         if self.kind.stretched {
             // Searches that are behind after some steps seldom win.
-            runs.iter_mut().for_each(|run| self.advance(run, TRIAL));
+            runs.iter_mut().for_each(|run| self.advance(run, TRIAL_STEPS));
             runs.sort_by(|a, b| a.state.error.total_cmp(&b.state.error));
             runs.truncate(1 + count / 2);
         }

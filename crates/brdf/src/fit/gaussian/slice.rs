@@ -19,8 +19,9 @@ const GAUSS: [(f64, f64); 5] = [
 /// Bounds of the panels over the azimuth about r, from the direction away from n (the plane's upper half) …
 /// to that below: the grazing highlight is narrow across the plane.
 const AZIMUTHS: [f64; 6] = [0.0, 0.06, 0.2, 0.6, 1.5, PI];
-/// Finest resolution, radians.
-const FINEST: f64 = 2e-4;
+/// Finest resolution, radians. Half as much changes the mean error of measured chrome from 0.103 to 0.106,
+/// twice as much by less than 1e-4; wider lobes do not need it.
+const MIN_RESOLUTION: f64 = 2e-4;
 
 /// T at points, each value times the root of its solid angle.
 #[derive(Debug, Clone)]
@@ -109,7 +110,7 @@ impl Slice {
         let width = |l: &Lobe| match *l {
             Lobe::Axis { width, .. } | Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,
         };
-        let mut narrow = lobes.iter().map(width).fold(0.3, f64::min).max(FINEST);
+        let mut narrow = lobes.iter().map(width).fold(0.3, f64::min).max(MIN_RESOLUTION);
         if kind.turned {
             let rule = quadtree::rule(brdf, diffuse, wo, &lobes);
             return Self::of(brdf, diffuse, view, rule, narrow);
@@ -119,10 +120,10 @@ impl Slice {
         // thinner.
         for _ in 0..if kind.stretched { 4 } else { 0 } {
             let thin = slice.moments().core * view[0].cos().max(0.02).sqrt();
-            if thin > 0.5 * narrow || narrow <= FINEST {
+            if thin > 0.5 * narrow || narrow <= MIN_RESOLUTION {
                 break;
             }
-            narrow = thin.max(0.25 * narrow).max(FINEST);
+            narrow = thin.max(0.25 * narrow).max(MIN_RESOLUTION);
             slice = Self::resolved(brdf, diffuse, view, narrow);
         }
         slice

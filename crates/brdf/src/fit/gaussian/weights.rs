@@ -14,7 +14,7 @@ pub(super) struct Weights {
     pub follow: Small,
 }
 
-/// Rows of a system: the weights, and the multiplier of their sum.
+/// Rows of a system: one per lobe for the weights, and one for the multiplier of their sum.
 const SIDE: usize = MAX_LOBES + 1;
 
 /// The minimum of wᵀ G w − 2 bᵀ w over w ≥ 0, and Σ w = `sum` where it is given: the best of the minima on

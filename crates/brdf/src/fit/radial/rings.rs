@@ -3,12 +3,14 @@
 use std::f64::consts::PI;
 use steradian_sphere::quadrature::gauss_legendre;
 
-/// Nodes of a panel.
+/// Nodes of a panel: they integrate polynomials of degree 15 exactly.
 pub(super) const NODES: usize = 8;
-/// Factor by which panels grow from the axis on …
+/// Factor by which panels grow from the axis on, up to [`MAX_WIDTH`]. 3 changes amplitudes by 4e-4 at most,
+/// with 74 to 100 % of the rings.
 const GROWTH: f64 = 1.5;
-/// … up to this width, radians: where the horizon cuts a profile depends on the view.
-const WIDEST: f64 = 0.1;
+/// Widest panel, radians: where the horizon cuts a profile depends on the view. Half and twice change what is
+/// left by 2e-4 of itself at most, with about twice and half as many rings.
+const MAX_WIDTH: f64 = 0.1;
 
 /// Angles ψ from an axis, 0 … π, in panels of Gauss–Legendre nodes, the narrower the nearer to the axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,11 +26,11 @@ impl Rings {
     /// Rings for profiles that vary over `width` radians near the axis.
     pub fn graded(width: f64) -> Self {
         let width = if width.is_finite() { width.clamp(1e-5, 1.0) } else { 1.0 };
-        let (mut edges, mut step) = (vec![0.0], (0.5 * width).min(WIDEST));
+        let (mut edges, mut step) = (vec![0.0], (0.5 * width).min(MAX_WIDTH));
         let mut at = step;
         while at < PI - 0.5 * step {
             edges.push(at);
-            step = (GROWTH * step).min(WIDEST);
+            step = (GROWTH * step).min(MAX_WIDTH);
             at += step;
         }
         edges.push(PI);
