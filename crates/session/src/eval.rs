@@ -425,8 +425,9 @@ fn batches(bake: &dyn AnyBake, view: &View, q: &Points) -> Vec<(View, Vec<usize>
 
 /// A viewer far away along `wo`.
 fn seen_along(wo: DVec3, view: &View) -> View {
-    const FAR: f64 = 1e6;
-    View { eye: (FAR * wo).as_vec3(), forward: -wo.as_vec3(), ..*view }
+    /// Metres: the directions to the viewer from points a metre apart differ by 1e-6 radians.
+    const FAR_METRES: f64 = 1e6;
+    View { eye: (FAR_METRES * wo).as_vec3(), forward: -wo.as_vec3(), ..*view }
 }
 
 fn shade(bake: &dyn AnyBake, direct: Option<OtherLights<'_>>, q: &Points, points: &[usize]) -> [Vec<f32>; 3] {

@@ -14,8 +14,9 @@ pub(super) const TOP: f64 = 6_460_000.0;
 /// Angular radius of the sun, radians (0.2666°).
 pub(super) const SUN_RADIUS: f64 = 0.004_653;
 
-/// Heights over which air and aerosol become thinner by the factor e, metres (Bruneton & Neyret 2008).
+/// Height over which air becomes thinner by the factor e, metres (Bruneton & Neyret 2008).
 const RAYLEIGH_HEIGHT: f64 = 8000.0;
+/// Height over which aerosol becomes thinner by the factor e, metres (Bruneton & Neyret 2008).
 const AEROSOL_HEIGHT: f64 = 1200.0;
 /// Aerosol single-scattering albedo (Bruneton 2017).
 const AEROSOL_ALBEDO: f64 = 0.9;

@@ -9,7 +9,9 @@ use crate::Zonal;
 
 /// Mantissa digits that count nodes.
 const DIGITS: u32 = 8;
+/// Mantissa digits of a float that are the weight of the next node.
 const SHIFT: u32 = 23 - DIGITS;
+/// Index of t = 1, at the axis: the nodes before it are not stored.
 const FIRST: usize = (1.0_f32.to_bits() >> SHIFT) as usize;
 
 /// K over chord² = 2 − 2 cos θ.

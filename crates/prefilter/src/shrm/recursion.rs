@@ -28,7 +28,9 @@ use steradian_simd::{Arch, Kernel};
 /// Rings that lie side by side.
 pub(super) const RINGS: usize = 16;
 
+/// Unit of the exponents that scaled values carry: 2^223 below the largest double.
 const BIG: f64 = f64::from_bits((1023 + 800) << 52);
+/// Its inverse.
 const SMALL: f64 = f64::from_bits((1023 - 800) << 52);
 /// Scaled values above are moved to the next exponent.
 const LIMIT: f64 = f64::from_bits((1023 - 60) << 52);

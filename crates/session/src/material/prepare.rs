@@ -409,10 +409,11 @@ pub(super) fn surface(material: &Material, shader: Arc<dyn Shader>) -> Surface {
 
 /// Position of the viewer; far away where all rays are parallel.
 fn eye(camera: &Camera) -> Vec3 {
-    const FAR: f32 = 1e6;
+    /// Metres: the directions to the viewer from points a metre apart differ by 1e-6 radians.
+    const FAR_METRES: f32 = 1e6;
     match *camera {
         Camera::Pinhole { from, .. } => from,
-        Camera::Orthographic { from, .. } => from - FAR * camera.axes()[2],
+        Camera::Orthographic { from, .. } => from - FAR_METRES * camera.axes()[2],
     }
 }
 

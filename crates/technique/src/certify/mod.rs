@@ -28,8 +28,9 @@ use steradian_parallel::prelude::*;
 use steradian_prefilter::{Tree, angular};
 use steradian_sphere::Frame;
 
-/// Number of probes of each kind, and the fewest where each is expensive to evaluate; powers of two.
+/// Number of probes of each kind; a power of two.
 const PROBES: usize = 256;
+/// Fewest probes of each kind, where each is expensive to evaluate; a power of two.
 const FEWEST: usize = 16;
 /// Evaluations of the reflectance that all probes together may take, about: some three processor seconds.
 /// Lobes about a point take a few thousand each, ridges such as a fibre's highlight as many as they are
