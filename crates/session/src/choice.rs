@@ -18,7 +18,7 @@ pub struct Trial {
     pub technique: &'static str,
     /// Processor seconds that were spent on it.
     pub seconds: f64,
-    /// Relative RMS error, in the picture where that was measured, else as certified.
+    /// Error in the picture where that was measured ([`crate::PictureError::apparent`]), else as certified.
     pub error: Option<f64>,
     /// Result of the trial.
     pub verdict: Verdict,

@@ -5,7 +5,7 @@ use crate::choice::{Choice, Trial, Verdict};
 use crate::effort::{processor_seconds, within};
 use crate::material::Under;
 use crate::sample::Sample;
-use crate::{Backend, Error, Kind, Material, Method, Notice, Prepared, Scene, Session};
+use crate::{Backend, Error, Kind, Material, Method, Notice, PictureError, Prepared, Scene, Session};
 use glam::DVec3;
 use std::sync::Arc;
 use steradian_base::{Certificate, Evidence, Task};
@@ -13,23 +13,21 @@ use steradian_brdf::{Brdf, Lobe};
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, Card};
 
-/// Limits of the processor seconds of all bakes by which a technique is chosen: where a good one was found,
-/// and where none was. Of 25 choices (13 reflectances, two lights) 22 took 0.2 to 5.2 s. Half of the first
-/// would leave 1.6 % in place of 0.4 % of measured obsidian, half of the second 20 % in place of 1 % of
-/// brushed metal.
-const BUDGETS_SECONDS: [f64; 2] = [6.0, 15.0];
-/// A technique that takes at most so many processor seconds counts as cheap and is tried first: a sixth of
-/// the first budget.
+/// Limits of the processor seconds of all bakes by which a technique is chosen: where one was found whose
+/// error is hardly visible, where a useful one was, and where none was: what the reference would take at least,
+/// within the last two.
+const BUDGETS_SECONDS: [f64; 3] = [6.0, 15.0, 60.0];
+/// Where the reference would take more processor seconds than the last of [`BUDGETS_SECONDS`], the best
+/// technique is taken, if it errs less than this.
+const MAX_STOPGAP_ERROR: f64 = 0.5;
+/// A technique that takes at most so many processor seconds counts as cheap and is tried first.
 const CHEAP_SECONDS: f64 = 1.0;
-/// An error too small to be seen in a picture: the first technique to reach it is chosen. Of the 25 choices
-/// above, twice as much would stop seven at the first technique, five of them at 1.6 to 2.0 % in place of 0.3
-/// to 0.5 %; half as much would bake more techniques in five.
-const INVISIBLE_ERROR: f64 = 0.01;
+/// An error too small to be seen in a picture: the first technique to reach it is chosen.
+const INVISIBLE_ERROR: f64 = 0.02;
 /// Where no tolerance is given, a technique with a larger error is chosen only if one of its specimens is
-/// like the material. Half and twice give the same 25 choices: the largest error among them is 3.2 %.
+/// like the material.
 const MAX_USEFUL_ERROR: f64 = 0.25;
-/// With a larger error, a notice suggests the reference, and more time is spent on better techniques. Twice
-/// as much gives the same 25 choices; half as much would spend more on brushed metal under a sky, at 3.2 %.
+/// With a larger error, a notice suggests the reference, and more time is spent on better techniques.
 const VISIBLE_ERROR: f64 = 0.05;
 /// Angle from the normal, degrees, from which on views count as grazing.
 const GRAZING_DEGREES: f64 = 80.0;
@@ -57,8 +55,8 @@ pub struct Chosen {
     pub local: Option<(&'static str, f64)>,
     /// Are there lights shaded in addition to the technique's data, which its certificate does not cover?
     pub beside: bool,
-    /// Relative RMS error over points of this picture, where it was measured.
-    pub picture: Option<f64>,
+    /// Errors at points of this picture, where they were measured.
+    pub picture: Option<PictureError>,
     /// Why the error in this picture was not measured, where it would have been.
     pub unmeasured: Option<&'static str>,
     /// The largest error that the certificate states for grazing views, from 80° off the normal on, which
@@ -85,14 +83,13 @@ impl std::fmt::Display for Chosen {
             grazing,
             automatic,
         } = self;
-        write!(f, "technique {technique} for {brdf}: relative RMS error ")?;
+        write!(f, "technique {technique} for {brdf}: ")?;
         match (picture, unmeasured) {
-            (Some(p), _) => {
-                write!(f, "{:.2} % in this picture (at a sample of its points), ", 100.0 * p)?;
-            }
-            (None, Some(why)) => write!(f, "not measured in this picture ({why}), ")?,
+            (Some(p), _) => write!(f, "in this picture {p}, at a sample of its points; ")?,
+            (None, Some(why)) => write!(f, "error in this picture not measured ({why}); ")?,
             (None, None) => {}
         }
+        write!(f, "relative RMS error ")?;
         let over =
             if *sites { "over points of the mesh, against paths" } else { "over all normals and views" };
         let without = if *beside { ", without the lights that are shaded beside it" } else { "" };
@@ -103,7 +100,7 @@ impl std::fmt::Display for Chosen {
         if let Some(g) = grazing {
             write!(f, "; silhouettes may show rings and specks: {:.0} % at grazing views", 100.0 * g)?;
         }
-        if *automatic && picture.unwrap_or(*error) > VISIBLE_ERROR {
+        if *automatic && picture.map_or(*error, |p| p.apparent()) > VISIBLE_ERROR {
             write!(f, "; `technique` reference is exact, and slow")?;
         }
         Ok(())
@@ -114,7 +111,9 @@ impl std::fmt::Display for Chosen {
 enum Tried {
     /// It may be chosen.
     Fits(Box<Candidate>),
-    /// It refuses, or is not good enough, or took too long.
+    /// Its error is too large.
+    Misses(Box<Candidate>),
+    /// It refuses, or took too long, or misses the tolerance.
     Unfit(Verdict),
 }
 
@@ -201,6 +200,11 @@ impl Session {
     fn choose(&self, m: &Material, under: Under<'_>, sample: &Sample<'_>) -> Result<Prepared, Error> {
         let start = processor_seconds();
         let mut best: Option<Candidate> = None;
+        let mut stopgap: Option<Candidate> = None;
+        let less = |c: &Candidate, than: &Option<Candidate>| {
+            let worse = |b: &Candidate| b.rank.0.cmp(&c.rank.0).then(b.rank.1.total_cmp(&c.rank.1)).is_le();
+            !than.as_ref().is_some_and(worse)
+        };
         let (mut trials, mut spent, mut usual) = (Vec::new(), 0.0, 0.0);
         for t in candidates(m) {
             // With a tolerance, every technique that fits meets it.
@@ -208,7 +212,12 @@ impl Session {
                 let fits = |c: &Candidate| !c.rank.0 && (under.tolerance.is_some() || c.rank.1 <= error);
                 best.as_ref().is_some_and(fits)
             };
-            let left = BUDGETS_SECONDS[usize::from(!below(VISIBLE_ERROR))] - spent;
+            let limit = match &best {
+                _ if below(VISIBLE_ERROR) => BUDGETS_SECONDS[0],
+                _ if below(MAX_USEFUL_ERROR) => BUDGETS_SECONDS[1],
+                _ => BUDGETS_SECONDS[1].max(BUDGETS_SECONDS[2].min(sample.whole)),
+            };
+            let left = limit - spent;
             let mut trial = Trial::new(t.card().slug);
             trial.left_out = m.left_out_by(t.varies());
             let whole = best.as_ref().is_some_and(|c| !c.rank.0);
@@ -235,17 +244,24 @@ impl Session {
             match tried {
                 Tried::Unfit(verdict) => trial.verdict = verdict,
                 Tried::Fits(c) => {
-                    trial.error =
-                        c.prepared.picture_error.or(c.prepared.certificate.as_ref().map(|c| c.error));
+                    let certified = c.prepared.certificate.as_ref().map(|c| c.error);
+                    trial.error = c.prepared.picture_error.map(|e| e.apparent()).or(certified);
                     trial.left_out = c.prepared.left_out();
-                    let better =
-                        |b: &Candidate| b.rank.0.cmp(&c.rank.0).then(b.rank.1.total_cmp(&c.rank.1)).is_le();
-                    if !best.as_ref().is_some_and(better) {
+                    if less(&c, &best) {
                         best = Some(*c);
+                    }
+                }
+                Tried::Misses(c) => {
+                    trial.verdict = Verdict::Missed(c.rank.1);
+                    if less(&c, &stopgap) {
+                        stopgap = Some(*c);
                     }
                 }
             }
             trials.push(trial);
+        }
+        if sample.whole > BUDGETS_SECONDS[2] {
+            best = best.or(stopgap.filter(|c| c.rank.1 < MAX_STOPGAP_ERROR));
         }
         let Some(Candidate { mut prepared, .. }) = best else {
             let choice = Choice { seconds: sample.seconds + processor_seconds() - start, trials };
@@ -291,17 +307,18 @@ impl Session {
             Err(e) => return Err(e),
         };
         prepared.material.method = None;
-        let error = prepared.picture_error.unwrap_or(prepared.error());
+        let error = prepared.picture_error.map_or(prepared.error(), |e| e.apparent());
         let fits = match under.tolerance {
             Some(t) => prepared.error() <= t,
             None => error <= MAX_USEFUL_ERROR || stands_for(t.card(), &*m.brdf),
         };
-        if !fits {
+        if !fits && under.tolerance.is_some() {
             return Ok(Tried::Unfit(Verdict::Missed(error)));
         }
         let cost = if under.tolerance.is_some() { prepared.bytes as f64 } else { error };
         let rank = (!prepared.left_out().is_empty(), cost);
-        Ok(Tried::Fits(Box::new(Candidate { prepared, rank })))
+        let candidate = Box::new(Candidate { prepared, rank });
+        Ok(if fits { Tried::Fits(candidate) } else { Tried::Misses(candidate) })
     }
 
     fn fall_back(&self, m: &Material, under: Under<'_>, choice: &Choice) -> Result<Prepared, Error> {
@@ -414,9 +431,10 @@ mod tests {
         let taken: Vec<&Trial> = choice.trials.iter().filter(|t| t.verdict == Verdict::Taken).collect();
         assert_eq!(taken.len(), 1, "{choice}");
         assert_eq!(taken[0].technique, p.method.slug());
-        assert!(taken[0].error == p.picture_error && p.picture_error.is_some(), "{choice}");
+        let apparent = p.picture_error.map(|e| e.apparent());
+        assert!(taken[0].error == apparent && apparent.is_some(), "{choice}");
         let least = choice.trials.iter().filter_map(|t| t.error).fold(f64::INFINITY, f64::min);
-        assert_eq!(p.picture_error, Some(least), "{choice}");
+        assert_eq!(apparent, Some(least), "{choice}");
         // The chosen technique is certified, whether or not the techniques that were tried are.
         let certificate = p.certificate.as_ref().expect("a technique");
         assert!(certificate.error < 0.1 && certificate.known == Evidence::Measured, "{certificate:?}");
@@ -439,7 +457,7 @@ mod tests {
         assert!(picture.materials[0].picture_error.is_none() && picture.materials[0].choice.is_none());
         assert_eq!(picture.materials[0].picture_unmeasured, Some("its sample knows no shadows"));
         let told = told.lock().expect("nobody panics").join("\n");
-        assert!(told.contains("not measured in this picture (its sample knows no shadows)"), "{told}");
+        assert!(told.contains("in this picture not measured (its sample knows no shadows)"), "{told}");
     }
 
     /// A picture whose error was measured. The time limit counts processor seconds of the whole process, and
@@ -447,7 +465,7 @@ mod tests {
     fn measured(session: &mut Session, scene: &Scene) -> (f64, crate::Picture) {
         let once = |_| {
             let (picture, _) = session.render(scene).expect("a picture").even_if_missed();
-            Some((picture.materials[0].picture_error?, picture))
+            Some((picture.materials[0].picture_error?.relative_rms, picture))
         };
         (0..20).find_map(once).expect("it is measured")
     }

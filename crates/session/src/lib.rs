@@ -48,6 +48,7 @@ mod outputs;
 mod page;
 mod paths;
 mod picture;
+mod picture_error;
 mod polynomial;
 pub mod prefilter;
 pub mod prefiltered;
@@ -81,6 +82,7 @@ pub use outputs::{
 pub use page::Page;
 pub use paths::Paths;
 pub use picture::{Picture, auto_exposure};
+pub use picture_error::PictureError;
 pub use polynomial::{POLYNOMIALS, PolynomialFacts, PolynomialKind, PolynomialPart};
 pub use relief::{HORIZONS, HorizonFacts, HorizonForm, MAX_AZIMUTHS};
 pub use renderer::Renderer;

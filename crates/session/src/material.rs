@@ -3,7 +3,7 @@
 mod common_shadows;
 mod prepare;
 
-use crate::{Choice, Error, Local, Method};
+use crate::{Choice, Error, Local, Method, PictureError};
 pub(crate) use common_shadows::CommonShadows;
 #[cfg(feature = "gpu")]
 pub(crate) use prepare::view;
@@ -124,8 +124,8 @@ pub struct Prepared {
     /// Are there lights shaded in addition to the technique's data? Of the maps these use the mean normal
     /// alone.
     pub lit: bool,
-    /// Relative RMS error over points of the picture, against the reference, where that was measured.
-    pub picture_error: Option<f64>,
+    /// Errors at points of the picture, against the reference, where they were measured.
+    pub picture_error: Option<PictureError>,
     /// Why the error in the picture was not measured, where it would have been.
     pub picture_unmeasured: Option<&'static str>,
     /// Processor seconds of the reference in this measurement.

@@ -1,17 +1,20 @@
 //! The error of a technique in a picture: at a sample of its points, against the reference.
 
 use crate::effort::{processor_seconds, within};
-use crate::{Error, Local, Material, Method, Prepared, Scene, Session, Shadows};
+use crate::{Error, Local, Material, Method, PictureError, Prepared, Scene, Session, Shadows};
+use glam::Vec3;
 use std::sync::Arc;
 use steradian_base::Task;
 use steradian_reference::{Lookup, Reference};
 use steradian_render::{
-    Background, Film, ReferenceShader, Settings, Stage, Surface, SurfaceMaps, errors, render,
+    Background, Film, ReferenceShader, Settings, Shader, Stage, Surface, SurfaceMaps, errors, render,
 };
-use steradian_scene::{Bvh, Camera};
+use steradian_scene::{Bvh, Camera, Mesh};
+use steradian_sphere::Frame;
+use steradian_techniques::{PointsBuf, Radiance};
 
-/// Processor seconds allowed to the reference for the points of a sample, in addition to those for its
-/// hierarchy of the light.
+/// Processor seconds for the points of a sample that the reference is expected to take at most, in addition
+/// to those for its hierarchy of the light; it is stopped after twice as many.
 const LOOK: f64 = 1.0;
 /// Pixels a side of a picture's samples, of which the object covers a part: the first is rendered, and then
 /// the second if the time that the first took allows it.
@@ -20,6 +23,14 @@ const SIDES: [usize; 2] = [8, 24];
 const TOLERANCE: f64 = 1e-2;
 /// Evaluations of the reflectance at most at one of these points.
 const EVALUATIONS: u64 = 100_000;
+
+/// Cosines between normal and view at which vertices count as silhouettes: 80° to 89°.
+const SILHOUETTE: std::ops::Range<f32> = 0.0175..0.1736;
+/// Silhouette points at most, of all vertices that qualify at equal intervals.
+const SILHOUETTES: usize = 48;
+/// Where the reference takes long for so many, it computes these; a mesh with fewer has no silhouettes to speak
+/// of.
+const LEAST_SILHOUETTES: usize = 8;
 
 /// Reasons why the error in a picture is not measured, for messages.
 const SHADOWED: &str = "its sample knows no shadows";
@@ -34,8 +45,12 @@ pub(crate) struct Sample<'a> {
     camera: Camera,
     /// Pixels a side, and the reference's picture; or why there is none.
     truth: Result<(usize, Film), Option<&'static str>>,
+    /// Points of silhouettes, and the reference's radiance there.
+    silhouettes: Option<(PointsBuf, Vec<[f32; 3]>)>,
     /// Processor seconds that it took.
     pub seconds: f64,
+    /// Processor seconds that the reference would take for the whole picture, as its points tell.
+    pub whole: f64,
 }
 
 impl<'a> Sample<'a> {
@@ -47,7 +62,8 @@ impl<'a> Sample<'a> {
         camera: Camera,
         material: &Material,
     ) -> Result<Self, Error> {
-        let mut sample = Self { scene, bvh, camera, truth: Err(None), seconds: 0.0 };
+        let mut sample =
+            Self { scene, bvh, camera, truth: Err(None), silhouettes: None, seconds: 0.0, whole: 0.0 };
         if matches!(material.method, Some(Method::File(_) | Method::Reference)) {
             return Ok(sample);
         }
@@ -63,7 +79,9 @@ impl<'a> Sample<'a> {
         let shader = Arc::new(shader.varied(material.texel_reflectance()));
         let surface = Surface { shader, base_colour: None, maps: SurfaceMaps::default() };
         for side in SIDES {
-            let (film, seconds) = within(&task, LOOK, |task| sample.film(&surface, side, task));
+            let (film, seconds) = within(&task, 2.0 * LOOK, |task| sample.film(&surface, side, task));
+            let s = &scene.settings;
+            sample.whole = seconds * (s.width.max(s.height) as f64 / side as f64).powi(2);
             match film {
                 Ok(film) => sample.truth = Ok((side, film)),
                 Err(e) if e.is_cancelled() => session.check()?,
@@ -72,6 +90,18 @@ impl<'a> Sample<'a> {
             let [first, next] = SIDES;
             if seconds * (next * next) as f64 > LOOK * (first * first) as f64 {
                 break;
+            }
+        }
+        if sample.truth.is_ok() && !surface.shader.is_textured() {
+            // All of them, or as few as tell.
+            for count in [SILHOUETTES, LEAST_SILHOUETTES] {
+                let points = silhouettes(&scene.mesh, &camera, count);
+                let (values, _) = within(&task, LOOK, |task| shaded(&*surface.shader, &points, task));
+                session.check()?;
+                sample.silhouettes = values.ok().filter(|v| !v.is_empty()).map(|v| (points, v));
+                if sample.silhouettes.is_some() {
+                    break;
+                }
             }
         }
         sample.seconds = processor_seconds() - start;
@@ -101,7 +131,7 @@ impl<'a> Sample<'a> {
         Ok(render(&stage, &settings, task)?)
     }
 
-    /// Records the relative RMS error of `prepared` at the points, or why it was not measured.
+    /// Records the errors of `prepared` at the points, or why it was not measured.
     pub fn judge(&self, prepared: &mut Prepared, task: &Task) -> Result<(), Error> {
         prepared.sample_seconds = self.seconds;
         (prepared.picture_error, prepared.picture_unmeasured) = match self.error(prepared, task)? {
@@ -111,7 +141,11 @@ impl<'a> Sample<'a> {
         Ok(())
     }
 
-    fn error(&self, prepared: &Prepared, task: &Task) -> Result<Result<f64, Option<&'static str>>, Error> {
+    fn error(
+        &self,
+        prepared: &Prepared,
+        task: &Task,
+    ) -> Result<Result<PictureError, Option<&'static str>>, Error> {
         let (side, truth) = match &self.truth {
             Ok((side, film)) => (*side, film),
             Err(why) => return Ok(Err(*why)),
@@ -135,9 +169,61 @@ impl<'a> Sample<'a> {
         if let Some(open) = surface.shader.unshadowed() {
             surface.shader = open;
         }
-        let film = self.film(&surface, side, &task.clone().without_progress())?;
+        let task = &task.clone().without_progress();
+        let film = self.film(&surface, side, task)?;
         let e = errors(&film, truth, |i| truth.alpha[i] > 0.999);
-        let measured = e.pixels > 0 && e.relative_rms.is_finite();
-        Ok(if measured { Ok(e.relative_rms) } else { Err(Some(NOTHING)) })
+        if e.pixels == 0 || !e.relative_rms.is_finite() {
+            return Ok(Err(Some(NOTHING)));
+        }
+        let silhouettes = match &self.silhouettes {
+            Some((points, truth)) if !surface.shader.is_textured() => {
+                Some(relative(&shaded(&*surface.shader, points, task)?, truth))
+            }
+            _ => None,
+        };
+        Ok(Ok(PictureError {
+            relative_rms: e.relative_rms,
+            median: e.median,
+            ninetieth: e.ninetieth,
+            silhouettes,
+        }))
     }
+}
+
+/// So many vertices of a mesh, or fewer, that the camera sees at grazing angles, hidden ones among them; none
+/// of a mesh that has hardly any.
+fn silhouettes(mesh: &Mesh, camera: &Camera, most: usize) -> PointsBuf {
+    let to_eye = |p: Vec3| match *camera {
+        Camera::Pinhole { from, .. } => (from - p).normalize_or_zero(),
+        Camera::Orthographic { from, at, .. } => (from - at).normalize_or_zero(),
+    };
+    let grazing = |(p, n): &(&Vec3, &Vec3)| SILHOUETTE.contains(&n.dot(to_eye(**p)));
+    let all: Vec<(&Vec3, &Vec3)> = mesh.positions.iter().zip(&mesh.normals).filter(grazing).collect();
+    let mut points = PointsBuf::default();
+    let count = all.len().min(most);
+    if count >= LEAST_SILHOUETTES {
+        for (p, n) in (0..count).map(|k| all[k * all.len() / count]) {
+            points.push(*n, Frame::from_normal(n.as_dvec3()).t.as_vec3(), to_eye(*p), *p);
+        }
+    }
+    points
+}
+
+/// Radiance at points.
+fn shaded(shader: &dyn Shader, points: &PointsBuf, task: &Task) -> Result<Vec<[f32; 3]>, Error> {
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
+    if points.len() > 0 {
+        shader.shade(&points.as_points(), &mut Radiance::of(&mut rgb), task)?;
+    }
+    Ok((0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]]).collect())
+}
+
+/// Root mean square of the errors of points relative to the radiance of each, at most 1 each.
+fn relative(got: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
+    let length = |v: [f32; 3]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+    let squares = got.iter().zip(truth).map(|(a, b)| {
+        let off = length([0, 1, 2].map(|c| a[c] - b[c]));
+        if off == 0.0 { 0.0 } else { (off / length(*b)).min(1.0).powi(2) }
+    });
+    (squares.sum::<f64>() / truth.len().max(1) as f64).sqrt()
 }

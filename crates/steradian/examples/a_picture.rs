@@ -16,7 +16,7 @@ pub fn run(folder: &Path) -> Result<f64, Error> {
     println!(
         "{slug}: certified {:.1} %, in this picture {:?}",
         100.0 * error,
-        picture.materials[0].picture_error
+        picture.materials[0].picture_error.map(|e| e.relative_rms)
     );
     session.write_film(&folder.join("picture.png"), picture.film, picture.develop)?;
     Ok(error)
