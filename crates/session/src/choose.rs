@@ -15,7 +15,7 @@ use steradian_techniques::{AnyTechnique, Card};
 
 /// Limits of the processor seconds of all bakes by which a technique is chosen: where one was found whose
 /// error is hardly visible, where a useful one was, and where none was: what the reference would take at least,
-/// within the last two.
+/// within the last two. The first is three seconds on two cores.
 const BUDGETS_SECONDS: [f64; 3] = [6.0, 15.0, 60.0];
 /// Where the reference would take more processor seconds than the last of [`BUDGETS_SECONDS`], the best
 /// technique is taken, if it errs less than this.
@@ -28,7 +28,7 @@ const INVISIBLE_ERROR: f64 = 0.02;
 /// like the material.
 const MAX_USEFUL_ERROR: f64 = 0.25;
 /// With a larger error, a notice suggests the reference, and more time is spent on better techniques.
-const VISIBLE_ERROR: f64 = 0.05;
+const VISIBLE_ERROR: f64 = 0.1;
 /// Angle from the normal, degrees, from which on views count as grazing.
 const GRAZING_DEGREES: f64 = 80.0;
 /// Error of such views from which on silhouettes show it as rings and specks: what [`MAX_USEFUL_ERROR`]

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use steradian_base::Task;
 use steradian_reference::{Lookup, Reference};
 use steradian_render::{
-    Background, Film, ReferenceShader, Settings, Shader, Stage, Surface, SurfaceMaps, errors, render,
+    Background, Film, ReferenceShader, Settings, Shader, Stage, Surface, SurfaceMaps, render,
 };
 use steradian_scene::{Bvh, Camera, Mesh};
 use steradian_sphere::Frame;
@@ -171,22 +171,14 @@ impl<'a> Sample<'a> {
         }
         let task = &task.clone().without_progress();
         let film = self.film(&surface, side, task)?;
-        let e = errors(&film, truth, |i| truth.alpha[i] > 0.999);
-        if e.pixels == 0 || !e.relative_rms.is_finite() {
-            return Ok(Err(Some(NOTHING)));
-        }
-        let silhouettes = match &self.silhouettes {
+        let rim = match &self.silhouettes {
             Some((points, truth)) if !surface.shader.is_textured() => {
-                Some(relative(&shaded(&*surface.shader, points, task)?, truth))
+                Some((shaded(&*surface.shader, points, task)?, truth))
             }
             _ => None,
         };
-        Ok(Ok(PictureError {
-            relative_rms: e.relative_rms,
-            median: e.median,
-            ninetieth: e.ninetieth,
-            silhouettes,
-        }))
+        let rim = rim.as_ref().map(|(got, truth)| (&**got, &***truth));
+        Ok(PictureError::of(&film, truth, rim).ok_or(Some(NOTHING)))
     }
 }
 
@@ -216,14 +208,4 @@ fn shaded(shader: &dyn Shader, points: &PointsBuf, task: &Task) -> Result<Vec<[f
         shader.shade(&points.as_points(), &mut Radiance::of(&mut rgb), task)?;
     }
     Ok((0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]]).collect())
-}
-
-/// Root mean square of the errors of points relative to the radiance of each, at most 1 each.
-fn relative(got: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
-    let length = |v: [f32; 3]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
-    let squares = got.iter().zip(truth).map(|(a, b)| {
-        let off = length([0, 1, 2].map(|c| a[c] - b[c]));
-        if off == 0.0 { 0.0 } else { (off / length(*b)).min(1.0).powi(2) }
-    });
-    (squares.sum::<f64>() / truth.len().max(1) as f64).sqrt()
 }
