@@ -44,6 +44,11 @@ const SAMPLES_PER_BLOCK: usize = 1 << 12;
 /// far below the accuracy of the fits.
 const RIDGE: f64 = 1e-11;
 
+/// Bytes that the normal equations of `n` unknowns take ([`Problem::dense`]).
+pub fn normal_bytes(n: usize) -> usize {
+    BLOCKS * n * n * size_of::<Rgb>()
+}
+
 /// A solution.
 pub struct Solution {
     /// Logarithms of the factors.

@@ -68,8 +68,9 @@ pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Tables, Bake
     let form = Form::of(&*m.brdf, symmetry.isotropic);
     let layout = Layout::new(symmetry, p.resolution.unwrap_or(SIDE), form);
     let count = p.samples * layout.count();
-    // Samples, their rows twice, and vectors of the solver.
-    let (need, allowed) = ((count * (72 + 24 * 8 + 24 * 6)) as u64, task.max_memory());
+    // Samples, their rows twice, and vectors of the solver or its normal equations.
+    let need = (count * (72 + 24 * 8 + 24 * 6) + layout.normal_bytes()) as u64;
+    let allowed = task.max_memory();
     if need > allowed {
         return Err(BakeError::Memory { slug: "homomorphic", need, allowed });
     }

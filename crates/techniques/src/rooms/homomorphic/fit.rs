@@ -8,7 +8,7 @@ use steradian_base::{Cancelled, Task};
 use steradian_brdf::Brdf;
 use steradian_brdf::Symmetry;
 use steradian_numerics::lsqr::{Rgb, Sparse};
-use steradian_numerics::products::Problem;
+use steradian_numerics::products::{Problem, normal_bytes};
 use steradian_parallel::prelude::*;
 
 /// Reflectance below this share of its mean is clamped to it, so that its logarithm is finite.
@@ -52,6 +52,11 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// Bytes of the normal equations, where they are solved directly.
+    pub fn normal_bytes(&self) -> usize {
+        if self.count() <= MAX_DENSE { normal_bytes(self.count()) } else { 0 }
+    }
+
     pub fn new(symmetry: Symmetry, side: usize, form: Form) -> Self {
         // Where the half vector is stretched elliptical highlights are round: rows matter, columns do not.
         let (azimuths, over_h, columns) = match symmetry {

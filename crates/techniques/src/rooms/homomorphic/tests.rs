@@ -1,9 +1,9 @@
 use super::fit::{Layout, Samples, fit, problem};
 use super::form::Form;
 use super::shade;
-use crate::Material;
 use crate::local;
 use crate::shared::tables::hemisphere::Map;
+use crate::{BakeError, Material};
 use glam::DVec3;
 use steradian_base::{ParamValues, Params as _, Task};
 use steradian_brdf::Symmetry;
@@ -19,6 +19,20 @@ fn tables(spec: &str, params: &[(&str, &str)]) -> super::Tables {
 fn error(spec: &str, t: &super::Tables) -> f64 {
     let brdf = parse(spec).expect(spec);
     local::error(&*brdf, &|wi, wo| brdf.f_cos(wi, wo), |wi, wo| shade::f_cos(t, wi, wo))
+}
+
+/// The normal equations of a direct solution count, which take most of the memory there.
+#[test]
+fn memory_holds_the_normal_equations() {
+    let brdf = parse("ggx:alpha=0.4").expect("a spec");
+    let p = super::Params::from_values(&ParamValues::default()).expect("parameters");
+    let symmetry = Symmetry::of(&*brdf);
+    let layout = Layout::new(symmetry, 64, Form::of(&*brdf, symmetry.isotropic));
+    let normal = layout.normal_bytes() as u64;
+    assert!(normal >= 16 * 24 * (layout.count() as u64).pow(2) && normal > 0, "{} unknowns", layout.count());
+    let task = Task::quiet().with_max_memory(normal);
+    let e = super::bake::bake(&Material::new(brdf), &p, &task).err();
+    assert!(matches!(e, Some(BakeError::Memory { need, .. }) if need > normal), "{e:?}");
 }
 
 /// Pairs whose light, view and half vector lie on entries: no lookup interpolates.
