@@ -11,23 +11,23 @@ type Imports = BTreeMap<String, BTreeSet<String>>;
 /// and its tests may import all of them.
 pub fn check(root: &Path) -> Result<()> {
     let rooms = root.join("crates/techniques/src/rooms");
-    for room in std::fs::read_dir(&rooms).context("the techniques")? {
-        let room = room?.path();
-        if room.is_dir() {
-            let imports = imports(&room)?;
+    for folder in std::fs::read_dir(&rooms).context("the techniques")? {
+        let folder = folder?.path();
+        if folder.is_dir() {
+            let imports = imports(&folder)?;
             let circle = circle(&imports);
-            ensure!(circle.is_empty(), "{}: import each other: {}", room.display(), circle.join(", "));
+            ensure!(circle.is_empty(), "{}: import each other: {}", folder.display(), circle.join(", "));
         }
     }
     Ok(())
 }
 
-fn imports(room: &Path) -> Result<Imports> {
-    let page = std::fs::read_to_string(room.join("mod.rs"))?;
+fn imports(folder: &Path) -> Result<Imports> {
+    let page = std::fs::read_to_string(folder.join("mod.rs"))?;
     let mut texts = BTreeMap::new();
     for line in page.replace("#[cfg(test)]\nmod ", "").lines() {
         if let Some(name) = line.strip_prefix("mod ").and_then(|l| l.strip_suffix(';')) {
-            texts.insert(name.to_string(), std::fs::read_to_string(room.join(format!("{name}.rs")))?);
+            texts.insert(name.to_string(), std::fs::read_to_string(folder.join(format!("{name}.rs")))?);
         }
     }
     let of = |text: &String| texts.keys().filter(|name| is_imported(name, text)).cloned().collect();

@@ -19,7 +19,7 @@ use steradian_parallel::prelude::*;
 
 /// How the small lights of a source are convolved with a kernel.
 pub(super) struct Plan<'a> {
-    way: Way<'a>,
+    method: Method<'a>,
     /// Factors of the bands of the small lights' spectrum; none where they are summed at every texel.
     pub factors: Vec<f64>,
     /// Error of what goes through the series, relative to the convolution of everything else.
@@ -29,12 +29,13 @@ pub(super) struct Plan<'a> {
     pub range: f64,
 }
 
-enum Way<'a> {
-    /// All through the series.
+/// Where the small lights are added.
+enum Method<'a> {
+    /// All of their light goes through the series.
     Series,
-    /// Near parts directly.
+    /// The near parts of their kernels are summed directly, the far parts go through the series.
     Near(Split<'a>),
-    /// At every texel.
+    /// They are summed at every texel.
     Direct,
 }
 
@@ -52,7 +53,7 @@ const FAR: f64 = 0.1;
 const RUN: usize = 16;
 
 impl<'a> Plan<'a> {
-    /// The cheapest way whose series leaves out at most a small part of `tolerance`. Errors are relative to
+    /// The cheapest method whose series leaves out at most a small part of `tolerance`. Errors are relative to
     /// the convolution with the source's image alone (whose bands times `k`, the kernel's, it is): small
     /// lights fill little of the map.
     pub fn new(source: &Source, kernel: &'a dyn Zonal, k: &[f64], texels: usize, tolerance: f64) -> Self {
@@ -60,9 +61,9 @@ impl<'a> Plan<'a> {
         let result: f64 = source.base_bands().zip(k).map(|(b, k)| b * k * k).sum();
         let flux = |c: usize| lights.iter().map(|b| b.flux[c].abs()).sum::<f64>();
         let flux2: f64 = (0..3).map(|c| flux(c).powi(2)).sum();
-        let direct = Self { way: Way::Direct, factors: Vec::new(), error: 0.0, range: 0.0 };
+        let direct = Self { method: Method::Direct, factors: Vec::new(), error: 0.0, range: 0.0 };
         if lights.is_empty() {
-            return Self { way: Way::Series, ..direct };
+            return Self { method: Method::Series, ..direct };
         }
         // Least bands whose rest is small with all lights in one place, the worst that they can be; and that
         // rest.
@@ -78,16 +79,16 @@ impl<'a> Plan<'a> {
             }
             Some((0, 0.0))
         };
-        let through = |way: Way<'a>, mut k: Vec<f64>, (order, error): (usize, f64)| {
+        let through = |method: Method<'a>, mut k: Vec<f64>, (order, error): (usize, f64)| {
             k.truncate(order + 1);
             let peak: f64 = k.iter().enumerate().map(|(l, k)| (2 * l + 1) as f64 * k.abs()).sum();
             let range = flux2.sqrt() * peak / (4.0 * PI) / (result / (4.0 * PI)).sqrt();
-            Self { way, factors: k, error, range }
+            Self { method, factors: k, error, range }
         };
         let price = cost::values(lights.len(), texels);
         if let Some(found) = needed(k, WHOLE) {
             return if cost::series(found.0, 0) < price {
-                through(Way::Series, k.to_vec(), found)
+                through(Method::Series, k.to_vec(), found)
             } else {
                 direct
             };
@@ -103,7 +104,7 @@ impl<'a> Plan<'a> {
                 // Each light's kernel at a few nodes; choosing lights costs a fiftieth of a kernel.
                 let near = price * (4.0 * part + 0.02);
                 let cheap = cost::series(found.0, 0) + near < price;
-                return if cheap { through(Way::Near(split), far, found) } else { direct };
+                return if cheap { through(Method::Near(split), far, found) } else { direct };
             }
         }
         direct
@@ -111,15 +112,15 @@ impl<'a> Plan<'a> {
 
     /// Are the small lights added to every texel of a finished map?
     pub fn is_direct(&self) -> bool {
-        matches!(self.way, Way::Direct)
+        matches!(self.method, Method::Direct)
     }
 
     /// Adds what does not go through the series.
     pub fn add(&self, lights: &[SmallLight], kernel: &dyn Zonal, cube: EdgeCube) -> EdgeCube {
-        match &self.way {
-            Way::Series => cube,
-            Way::Near(split) => add(lights, &split.near(), cube),
-            Way::Direct => add(lights, kernel, cube),
+        match &self.method {
+            Method::Series => cube,
+            Method::Near(split) => add(lights, &split.near(), cube),
+            Method::Direct => add(lights, kernel, cube),
         }
     }
 }
@@ -224,9 +225,9 @@ mod tests {
             assert!(off < 0.2 * tolerance, "alpha {alpha}, {size}: {off:e}");
             let k = kernel.coefficients(2 * 255 + 64);
             ways.push(match Plan::new(&source, &kernel, &k, 6 * n * n, tolerance).way {
-                Way::Series => "series",
-                Way::Near(_) => "near",
-                Way::Direct => "direct",
+                Method::Series => "series",
+                Method::Near(_) => "near",
+                Method::Direct => "direct",
             });
         }
         for way in ["series", "near", "direct"] {

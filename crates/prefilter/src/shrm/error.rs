@@ -145,10 +145,11 @@ pub fn printed_bound(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p
 ///
 /// > B_res = Λ²_{F+1} (ε_L L_tot) Σ_{l>F} ρ̂² + Σ_{l≤F} Λ_l² E_l Σ_{p>P} ρ̂² + unknown · max(Λ_l² E_l)
 ///
-/// Above F a sum of products is at most the product of sums and Λ_l ≤ Λ_{F+1}; what P leaves out below F is
-/// summed exactly; kernel energy outside the listed (l, p) is of unknown order, so it is multiplied by the
-/// largest weight. Since x/(c + x) grows with x, the accuracy 1 − ε that it states is never above the true
-/// one. A mean over directions: one image may be worse.
+/// Above F a sum of products is at most the product of the sums, and Λ_l ≤ Λ_{F+1}. The energy that P leaves
+/// out below F is a sum of listed values. The kernel's energy that is listed under no (l, p) could belong to
+/// any of them, so that it is multiplied by the largest factor. Since x/(c + x) grows with x, the stated
+/// accuracy 1 − ε is never above the true one. The bound holds for the mean over directions: a single image
+/// may be worse.
 pub fn bound(light: &LightSpectrum, kernel: &KernelSpectrum, f: usize, p: usize) -> f64 {
     // Orders beyond the listed ones leave out no more than the listed ones do.
     let f = f.min(light.bands.len().min(kernel.bands.len()).saturating_sub(1));

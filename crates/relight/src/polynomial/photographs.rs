@@ -4,12 +4,12 @@ use super::{Fit, FitError, LUMINANCE, TERMS, WHITE};
 use steradian_formats::Photograph;
 use steradian_parallel::prelude::*;
 
-/// Of what of the photographs polynomials are.
+/// The values of the photographs that polynomials are fitted to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channels {
-    /// Of luminance, which scales one colour a texel.
+    /// Luminance, which scales one colour per texel.
     Luminance,
-    /// Of red, of green and of blue.
+    /// Red, green and blue, each by a polynomial of its own.
     Colour,
 }
 

@@ -346,14 +346,14 @@ impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
     }
 }
 
-/// What [`Local::look_from`] found.
-enum Looked {
-    /// Points whose views have texels.
-    Shown,
-    /// Points that face away, or have no weight.
-    Hidden,
-    /// Normals other than the sites', to which views have to be carried.
-    Turned,
+/// The result of [`Local::look_from`] for a row of points.
+enum RowLookup {
+    /// Some points have weight, and their views have texels.
+    Found,
+    /// All points face away from their viewers, or have no weight.
+    Nothing,
+    /// The points' normals differ from the sites': their views have to be rotated to the sites' frames first.
+    OtherNormals,
 }
 
 /// Distance, in points, at which normals and views are prefetched: they come from more streams at once than a
@@ -401,9 +401,9 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
             }
             if let Some(from) = self.at_sites(first, corner) {
                 match self.look_from::<A>(grid, [first, from], to) {
-                    Looked::Shown => return true,
-                    Looked::Hidden => continue,
-                    Looked::Turned => {}
+                    RowLookup::Found => return true,
+                    RowLookup::Nothing => continue,
+                    RowLookup::OtherNormals => {}
                 }
             }
             let mut spare = [0; SIDE];
@@ -448,7 +448,7 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         grid: &ParaboloidGrid<A::F32>,
         [first, from]: [usize; 2],
         to: &mut Corner,
-    ) -> Looked {
+    ) -> RowLookup {
         let (q, all) = (self.q, self.frames);
         for k in 0..3 {
             prefetch(&all.n[k], from + AHEAD);
@@ -466,7 +466,7 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
             lane += A::F32::LANES;
         }
         if any(&other) {
-            return Looked::Turned;
+            return RowLookup::OtherNormals;
         }
         to.look.weigh(self.table, &up);
         let mut lane = 0;
@@ -480,10 +480,10 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
         to.asked = std::array::from_fn(|i| ahead + i as u32);
         (to.first, to.row) = (first, true);
         if !any(&to.weight) {
-            return Looked::Hidden;
+            return RowLookup::Nothing;
         }
         N::weigh::<A>(to);
-        Looked::Shown
+        RowLookup::Found
     }
 
     /// Finds the texels of the points' views, carried to their sites.
