@@ -52,6 +52,8 @@ struct Metrics {
     column_head: usize,
     caption: usize,
     cell: (usize, usize),
+    /// Of everything between the margins.
+    width: usize,
 }
 
 impl Sheet {
@@ -61,8 +63,7 @@ impl Sheet {
         let (bright, dim) = (Pen::new(em, BRIGHT), Pen::new(em, DIM));
         let title = Pen::new(1.7 * em, BRIGHT).bold();
         let m = self.measure(&title, &bright);
-        let columns = self.columns.len();
-        let width = 2 * m.margin + m.label + columns * m.cell.0 + columns.saturating_sub(1) * m.gap;
+        let width = 2 * m.margin + m.width;
         let rows = self.rows.len();
         let height = 2 * m.margin
             + m.head
@@ -70,9 +71,13 @@ impl Sheet {
             + rows * (m.cell.1 + m.caption)
             + rows.saturating_sub(1) * m.gap;
         let mut page = Display::filled(width, height, PAPER);
-        title.draw(&mut page, m.margin as f32, m.margin as f32, &self.title);
-        let below = m.margin as f32 + if self.title.is_empty() { 0.0 } else { title.line() };
-        dim.draw(&mut page, m.margin as f32, below, &self.subtitle);
+        let mut below = m.margin as f32;
+        for (pen, text) in [(&title, &self.title), (&dim, &self.subtitle)] {
+            for line in pen.wrapped(text, m.width as f32) {
+                pen.draw(&mut page, m.margin as f32, below, &line);
+                below += pen.line();
+            }
+        }
         let left = m.margin + m.label;
         for (c, name) in self.columns.iter().enumerate() {
             let x = left + c * (m.cell.0 + m.gap) + m.cell.0 / 2;
@@ -91,19 +96,27 @@ impl Sheet {
         let widest =
             |lines: &mut dyn Iterator<Item = &String>| lines.map(|l| pen.width(l)).fold(0.0f32, f32::max);
         let side = widest(&mut self.rows.iter().flat_map(|r| r.label.iter()));
-        let lines = |text: &str, height: f32| if text.is_empty() { 0.0 } else { height };
-        let head = lines(&self.title, title.line()) + lines(&self.subtitle, pen.line());
         let words = widest(&mut self.columns.iter()).max(widest(&mut cells().flat_map(|c| &c.caption)));
         let width = cells().map(|c| c.picture.width).max().unwrap_or(0).max(words as usize + 1);
+        let label = if side > 0.0 { (side + em) as usize } else { 0 };
+        let (gap, columns) = ((0.85 * em) as usize, self.columns.len());
+        let all = label + columns * width + columns.saturating_sub(1) * gap;
+        // A page of one narrow column is wide enough for the longest word of its heading.
+        let longest =
+            |pen: &Pen, text: &str| text.split_whitespace().map(|w| pen.width(w)).fold(0.0, f32::max);
+        let all = all.max(longest(title, &self.title).max(longest(pen, &self.subtitle)).ceil() as usize);
+        let height = |pen: &Pen, text: &str| pen.line() * pen.wrapped(text, all as f32).len() as f32;
+        let head = height(title, &self.title) + height(pen, &self.subtitle);
         let captions = cells().map(|c| c.caption.len()).max().unwrap_or(0);
         Metrics {
             margin: (1.25 * em) as usize,
-            gap: (0.85 * em) as usize,
-            label: if side > 0.0 { (side + em) as usize } else { 0 },
+            gap,
+            label,
             head: if head > 0.0 { (head + 0.6 * em) as usize } else { 0 },
             column_head: if self.columns.iter().all(String::is_empty) { 0 } else { (1.4 * em) as usize },
             caption: if captions > 0 { (0.45 * em + pen.line() * captions as f32) as usize } else { 0 },
             cell: (width, cells().map(|c| c.picture.height).max().unwrap_or(0)),
+            width: all,
         }
     }
 }
@@ -145,5 +158,13 @@ mod tests {
         let page = sheet.draw();
         let red = page.rgb.chunks_exact(3).filter(|p| *p == [200, 10, 10]).count();
         assert_eq!(red, 40 * 30);
+        // A long line is broken where the page ends.
+        let words = "the mean difference in photographic stops, over the pixels of the mesh";
+        let long = Sheet { subtitle: words.into(), ..sheet };
+        let (pen, broken) = (Pen::new(15.0, DIM), long.draw());
+        let inside = broken.width - 2 * long.measure(&Pen::new(25.5, BRIGHT).bold(), &pen).margin;
+        let lines = pen.wrapped(words, inside as f32);
+        assert!(lines.len() > 1 && lines.iter().all(|l| pen.width(l) <= inside as f32), "{lines:?}");
+        assert!(broken.height as f32 >= page.height as f32 + pen.line() * lines.len() as f32 - 1.0);
     }
 }

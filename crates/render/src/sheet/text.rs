@@ -50,6 +50,21 @@ impl Pen {
         1.35 * self.size
     }
 
+    /// The lines of a text that are no wider than `width`, broken between words; a longer word has a line.
+    pub fn wrapped(&self, text: &str, width: f32) -> Vec<String> {
+        let mut lines: Vec<String> = Vec::new();
+        for word in text.split_whitespace() {
+            match lines.last_mut() {
+                Some(line) if self.width(&format!("{line} {word}")) <= width => {
+                    line.push(' ');
+                    line.push_str(word);
+                }
+                _ => lines.push(word.into()),
+            }
+        }
+        lines
+    }
+
     /// Draws `text` with the top left corner of its first capital at (x, y).
     pub fn draw(&self, page: &mut Display, x: f32, y: f32, text: &str) {
         let Some(font) = font(self.bold) else { return };

@@ -92,22 +92,51 @@ fn number(v: f64) -> String {
 /// The chart.
 pub fn drawing(findings: &[Finding], sweep: &Sweep) -> Drawing {
     let series = series(findings);
-    let rows = series.len() as f64;
     let width = LEFT + 3.0 * PANEL.0 + 2.0 * GAP + 24.0;
-    let height = TOP + PANEL.1 + 58.0 + ROW * (rows / 3.0).ceil() + 12.0;
+    let legend = legend(&series, width - LEFT);
+    let rows = legend.iter().map(|e| e.1 + 1).max().unwrap_or(0);
+    let height = TOP + PANEL.1 + LEGEND + ROW * rows as f64 + 12.0;
     let mut page = Drawing::new(width as usize, height as usize);
     for (k, q) in QUANTITIES.iter().enumerate() {
         let lines: Vec<Points> = series.iter().map(|(_, s)| points(s, q)).collect();
         panel(&mut page, LEFT + k as f64 * (PANEL.0 + GAP), q.name, sweep, &lines);
     }
-    for (k, (name, _)) in series.iter().enumerate() {
-        let x = LEFT + (k % 3) as f64 * (PANEL.0 + GAP);
-        let y = TOP + PANEL.1 + 58.0 + (k / 3) as f64 * ROW;
+    let top = TOP + PANEL.1 + LEGEND;
+    if let Some(first) = legend.first() {
+        let rule = vec![(LEFT, top - 20.0), (width - 24.0, top - 20.0)];
+        page.marks.push(Mark::Line { points: rule, colour: FAINT, width: 1.0 });
+        text(&mut page, (first.0 - TITLE, top - 5.0), "all charts:".into(), Anchor::Start, INK);
+    }
+    for (k, ((name, _), (x, row))) in series.iter().zip(&legend).enumerate() {
+        let (x, y) = (*x, top + *row as f64 * ROW);
         let colour = COLOURS[k % COLOURS.len()];
         page.marks.push(Mark::Line { points: vec![(x, y), (x + 22.0, y)], colour, width: 2.5 });
         text(&mut page, (x + 30.0, y - 5.0), name.clone(), Anchor::Start, INK);
     }
     page
+}
+
+/// Width of a letter of the legend, about.
+const LETTER: f64 = 6.8;
+/// Room for the legend's heading.
+const TITLE: f64 = 76.0;
+/// From the charts to the first row of the legend.
+const LEGEND: f64 = 72.0;
+
+/// The places of the entries of one legend for all charts, from left to right: their x and row. They stand
+/// close together, so that none is below a chart as if it were that one's.
+fn legend(series: &Series<'_>, width: f64) -> Vec<(f64, usize)> {
+    let (left, mut x, mut row) = (LEFT + TITLE, LEFT + TITLE, 0);
+    let mut out = Vec::with_capacity(series.len());
+    for (name, _) in series {
+        let wide = 30.0 + LETTER * name.chars().count() as f64 + 26.0;
+        if x > left && x + wide > width {
+            (x, row) = (left, row + 1);
+        }
+        out.push((x, row));
+        x += wide;
+    }
+    out
 }
 
 /// A technique under a light, with its result at each value.
@@ -175,6 +204,19 @@ fn panel(page: &mut Drawing, left: f64, name: &str, sweep: &Sweep, lines: &[Poin
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_legend_stands_below_all_charts() {
+        let series = |names: &[&str]| -> Series<'static> {
+            names.iter().map(|n| (n.to_string(), Vec::new())).collect()
+        };
+        let places = legend(&series(&["split sum", "lobe maps", "shrm"]), 1000.0);
+        assert_eq!(places.iter().map(|p| p.1).collect::<Vec<_>>(), [0, 0, 0]);
+        assert!(places[2].0 < LEFT + PANEL.0 + GAP, "close together: {places:?}");
+        let long = "a technique of a long name, under a light of a long name".to_string();
+        let places = legend(&series(&[&long, &long, &long]), 1000.0);
+        assert_eq!(places.iter().map(|p| p.1).collect::<Vec<_>>(), [0, 0, 1]);
+    }
 
     #[test]
     fn axes_hold_their_values() {
