@@ -18,4 +18,4 @@ pub use outcome::{Missed, Outcome};
 pub use params::{Field, Kind, ParamError, ParamInfo, ParamValues, Params, Preset, Value, split_spec};
 pub use provenance::{Input, Provenance, without_folders};
 pub use task::{Cancelled, Progress, Task};
-pub use unknown::{nearest, unknown};
+pub use unknown::{nearest, nearest_few, unknown};

@@ -17,6 +17,16 @@ pub fn nearest<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
     (best.0 <= 1 + word.chars().count() / 3).then_some(best.1)
 }
 
+/// The `count` names that are nearest to `word`, those first that contain it.
+pub fn nearest_few<'a>(word: &str, names: &[&'a str], count: usize) -> Vec<&'a str> {
+    let word = word.to_lowercase().replace('_', "-");
+    let apart = |name: &str| word.is_empty() || !name.to_lowercase().replace('_', "-").contains(&word);
+    let mut all: Vec<&str> = names.to_vec();
+    all.sort_by_cached_key(|name| (apart(name), distance(&word, name)));
+    all.truncate(count);
+    all
+}
+
 /// Levenshtein's edit distance, where `-` and `_` are the same.
 fn distance(a: &str, b: &str) -> usize {
     let fold = |s: &str| -> Vec<char> { s.to_lowercase().replace('-', "_").chars().take(64).collect() };
@@ -43,5 +53,7 @@ mod tests {
         assert_eq!(nearest("gx", &["lambert", "ggx"]), Some("ggx"));
         assert_eq!(nearest("quartz", &["lambert", "ggx"]), None);
         assert_eq!(distance("kitten", "sitting"), 3);
+        let some = nearest_few("gold", &["cold", "old-gold", "quartz", "gold-leaf"], 3);
+        assert_eq!(some, ["old-gold", "gold-leaf", "cold"]);
     }
 }

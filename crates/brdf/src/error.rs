@@ -1,6 +1,6 @@
 //! Errors of spec strings.
 
-use steradian_base::{ParamError, brief};
+use steradian_base::{ParamError, brief, nearest_few};
 use steradian_formats::FormatError;
 
 /// Why a spec string names no reflectance; displays as one line that says what to do.
@@ -33,7 +33,7 @@ pub enum SpecError {
         what: String,
     },
     /// No such published set or material.
-    #[error("BRDF {model} has no set '{}'{}; there are: {}", brief(.name), suggest(.nearest), .available.join(", "))]
+    #[error("{}", no_set(.model, .name, .nearest, .available))]
     UnknownSet {
         /// The model.
         model: &'static str,
@@ -52,6 +52,31 @@ pub enum SpecError {
         /// The fault.
         what: String,
     },
+}
+
+/// Names that are listed whole in an error, at most; of more the nearest few.
+pub(crate) const FEW: usize = 12;
+/// The nearest names that stand for the others.
+pub(crate) const NEAREST: usize = 4;
+
+/// What there is in place of a published set or material that there is not.
+fn no_set(model: &str, name: &str, nearest: &Option<&'static str>, available: &[&'static str]) -> String {
+    let few = available.len() <= FEW;
+    let some = if few { available.to_vec() } else { nearest_few(name, available, NEAREST) };
+    let some = some.join(", ");
+    let all = format!("inspect 'brdf:{model}:*' lists all {}", available.len());
+    match (name.is_empty(), few) {
+        (true, true) => format!("BRDF {model} needs the name of a set; there are: {some}"),
+        (true, false) => format!("BRDF {model} needs a material, such as {model}:{}; {all}", available[0]),
+        (_, true) => {
+            format!("BRDF {model} has no set '{}'{}; there are: {some}", brief(name), suggest(nearest))
+        }
+        _ => format!(
+            "BRDF {model} has no set '{}'{}; near it are: {some}; {all}",
+            brief(name),
+            suggest(nearest)
+        ),
+    }
 }
 
 fn suggest(nearest: &Option<&'static str>) -> String {

@@ -39,6 +39,11 @@ impl<'a> Args<'a> {
         Ok(Self { info, parameters, values, files, opened: RefCell::default() })
     }
 
+    /// The model's name.
+    pub fn model(&self) -> &'static str {
+        self.info.name
+    }
+
     fn of<T>(
         &self,
         key: &str,

@@ -71,6 +71,18 @@ pub fn write_dir_atomic(
     }
 }
 
+/// Refuses a place where [`write_atomic`] and [`write_dir_atomic`] could make nothing, by trying to.
+pub fn check_writable(path: &Path) -> Result<(), FormatError> {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.into());
+    let temporary = Temporary(beside(&target));
+    let made = OpenOptions::new().write(true).create_new(true).open(&temporary.0);
+    made.map(|_| ()).map_err(|e| {
+        let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let why = format!("the folder {} takes no files ({})", folder.display(), plain(&e));
+        FormatError::Unwritable { path: path.into(), why }
+    })
+}
+
 /// The error with the name that the user knows instead of the temporary one.
 fn relocated(mut error: FormatError, from: &Path, to: &Path) -> FormatError {
     let (FormatError::Unreadable { path, .. }
@@ -166,7 +178,9 @@ pub(crate) fn plain(error: &io::Error) -> String {
         io::ErrorKind::PermissionDenied => "permission denied".into(),
         io::ErrorKind::IsADirectory => "is a folder, not a file".into(),
         io::ErrorKind::NotADirectory => "a part of its path is not a folder".into(),
-        io::ErrorKind::StorageFull => "no space left on the disk".into(),
+        io::ErrorKind::StorageFull => {
+            "no space left on the disk: free some, or name a place elsewhere".into()
+        }
         _ if error.raw_os_error().is_some() => {
             let text = error.to_string();
             text.split(" (os error").next().unwrap_or(&text).to_lowercase()
@@ -205,6 +219,17 @@ mod tests {
         assert_eq!(e.exit_code(), 1);
         assert_eq!(fs::read(&p).unwrap(), b"old");
         assert_eq!(names(d.path()), ["a.txt"]);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_place_is_tried_and_left_as_it_was() {
+        let d = folder();
+        assert!(check_writable(&d.path().join("a.txt")).is_ok());
+        assert!(names(d.path()).is_empty());
+        let e = check_writable(Path::new("/proc/a.txt")).unwrap_err();
+        assert_eq!(e.exit_code(), 1);
+        assert!(e.to_string().contains("the folder /proc takes no files"), "{e}");
     }
 
     #[test]

@@ -34,7 +34,13 @@ pub enum FormatError {
 impl FormatError {
     /// An [`FormatError::Invalid`]. A message that quotes a long text of the file is cut.
     pub fn invalid(path: &Path, why: impl std::fmt::Display) -> Self {
-        Self::Invalid { path: path.into(), why: shortened(why.to_string()) }
+        let mut why = shortened(why.to_string());
+        // What is missing at the end of a file is nobody's fault but its copy's.
+        let cut = ["truncated", "is cut"].iter().any(|word| why.contains(word));
+        if cut && !why.contains(AGAIN) {
+            why.push_str(AGAIN);
+        }
+        Self::Invalid { path: path.into(), why }
     }
 
     /// Exit code of the command: 1 for outputs, 3 for inputs.
@@ -42,6 +48,9 @@ impl FormatError {
         if matches!(self, Self::Unwritable { .. }) { 1 } else { 3 }
     }
 }
+
+/// What to do about a file that ends too early.
+const AGAIN: &str = "; copy or download it again";
 
 /// Longest message about a file, in characters: a few lines of a terminal.
 const MAX_MESSAGE: usize = 400;

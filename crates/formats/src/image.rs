@@ -128,8 +128,17 @@ impl Format {
 const HEAD: usize = 8;
 
 fn unknown(name: &Path) -> FormatError {
-    let why = "its first bytes are those of no image that is read here (Radiance .hdr, .exr, .pfm, .png, .jpg, .tga)";
-    FormatError::invalid(name, why)
+    FormatError::invalid(name, format_args!("{NO_IMAGE} (Radiance .hdr, .exr, .pfm, .png, .jpg, .tga)"))
+}
+
+/// What is said of a file that is none of the images.
+pub const NO_IMAGE: &str = "its first bytes are those of no image that is read here";
+
+/// Is a file an image by its first bytes, whatever its name?
+pub fn is_image(path: &Path) -> bool {
+    let mut head = Vec::with_capacity(HEAD);
+    let read = open(path).ok().and_then(|(f, _)| f.take(HEAD as u64).read_to_end(&mut head).ok());
+    read.is_some() && Format::of(Path::new(""), &head).is_some()
 }
 
 /// Refuses a file without bytes.

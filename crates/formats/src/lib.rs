@@ -37,7 +37,7 @@ mod tensors;
 mod texel;
 mod tga;
 
-pub use atomic::{WriteSeek, write_atomic, write_atomic_seek, write_dir_atomic};
+pub use atomic::{WriteSeek, check_writable, write_atomic, write_atomic_seek, write_dir_atomic};
 pub use below::{file_below, stays_below};
 pub use bsdf::decode_bsdf;
 pub use btf::{BtfList, BtfPicture, decode_btf, read_btf, write_btf};
@@ -46,8 +46,9 @@ pub use csv::{CsvTable, decode_csv, decode_csv_like, read_csv, write_csv};
 pub use dds::{decode_dds, read_dds, write_dds};
 pub use error::{FormatError, Limits};
 pub use image::{
-    ExrCompression, ExrSamples, ReadOptions, WriteOptions, WriteReport, decode_image, decode_image_with,
-    read_file, read_image, read_image_with, read_photograph, read_text, write_image,
+    ExrCompression, ExrSamples, NO_IMAGE, ReadOptions, WriteOptions, WriteReport, decode_image,
+    decode_image_with, is_image, read_file, read_image, read_image_with, read_photograph, read_text,
+    write_image,
 };
 pub use ktx1::{decode_ktx1, read_ktx1, write_ktx1};
 pub use ktx2::{

@@ -3,7 +3,7 @@
 use crate::{Error, probe_of};
 use std::path::{Path, PathBuf};
 use steradian_base::{Input, without_folders};
-use steradian_formats::{Container, Limits};
+use steradian_formats::{Container, Limits, check_writable};
 
 /// The destinations of one command.
 #[derive(Default)]
@@ -23,8 +23,11 @@ impl Destinations {
             if let Some(a) = above.filter(|a| !a.as_os_str().is_empty() && !a.is_dir()) {
                 return Err(unwritable(path, format_args!("{} is not a folder", a.display())));
             }
+            let first = path.ancestors().take_while(|a| !a.exists() && !a.as_os_str().is_empty()).last();
+            first.map_or(Ok(()), check_writable)?;
         } else {
             has_parent(path)?;
+            check_writable(path)?;
         }
         let spot = place(path);
         if let Some((other, _)) = self.files.iter().find(|(_, p)| *p == spot) {
@@ -58,6 +61,7 @@ impl Destinations {
             // Devices take any number of outputs.
             Ok(m) if !m.is_file() => return Ok(()),
             Ok(m) if m.permissions().readonly() => return Err(unwritable(path, "the file is read-only")),
+            _ if !inside => check_writable(path)?,
             _ => {}
         }
         if let Some((other, _)) = self.files.iter().find(|(_, p)| *p == spot) {
@@ -147,6 +151,8 @@ mod tests {
         assert_eq!(code(all.file("-o", &at("none/a.exr"))), 1);
         assert_eq!(code(all.file("-o", &at("file/a.exr"))), 1);
         assert_eq!(code(all.file("-o", d.path())), 1);
+        #[cfg(target_os = "linux")]
+        assert_eq!(code(all.file("-o", Path::new("/proc/a.exr"))), 1);
         assert_eq!(code(all.file("-o", &at("a.exr"))), 0);
         assert_eq!(code(all.file("`extract-sun`", &at("./a.exr"))), 2);
         assert_eq!(code(all.folder(&at("file"), true)), 1);

@@ -98,6 +98,11 @@ fn spec_of(path: &Path) -> Option<&'static str> {
     MEASURED.iter().find(|m| m.0 == extension).map(|m| m.1)
 }
 
+/// The spec of a file of measurements whose extension tells the model.
+pub(crate) fn measurements(path: &Path) -> Option<String> {
+    spec_of(path).map(|model| format!("{model}:{}", path.display()))
+}
+
 /// Name of the material of a spec: that of its file, or of the material within a file.
 pub fn brdf_name(spec: &str) -> String {
     let last = spec.rsplit([',', ':', '/', '\\']).next().unwrap_or(spec).trim_start_matches('@');
@@ -123,6 +128,7 @@ impl Session {
             for (spec, _) in some {
                 loaded.push(self.brdf(spec)?);
             }
+            self.check()?;
             let task = &self.task;
             let fits: Vec<_> = (0..loaded.len())
                 .into_par_iter()
@@ -145,6 +151,7 @@ impl Session {
                 let worst = fit.report.iter().map(|r| r.energy).fold(0.0, f64::max);
                 self.note_error(format!("worst view {worst:.2e} of the specular part's energy"));
                 let metadata = self.provenance_pairs().into_iter().collect();
+                self.spares(output)?;
                 write_tensors(output, &to_tensors(&fit, metadata))?;
                 let (spec, output) = (spec.clone(), output.clone());
                 done.push(Fitted { name: brdf_name(&spec), spec, output, fit, seconds, reached });

@@ -252,8 +252,9 @@ pub fn is_shape(spec: &str) -> bool {
     shapes::SHAPES.iter().any(|s| s.name == name)
 }
 
-/// Is a name that of a file? A name without dots and slashes that no file has is a name of something else.
-fn names_a_file(spec: &str) -> bool {
+/// Is a name that of a file? A name without dots and slashes that no file has is a name of something else:
+/// where that is unknown too, the request is wrong, not an input.
+pub(crate) fn names_a_file(spec: &str) -> bool {
     Path::new(spec).exists() || spec.contains(['.', '/', '\\', '{', ','])
 }
 
@@ -264,7 +265,7 @@ pub(crate) fn check_shape(spec: &str) -> Result<(), Error> {
     if is_shape(spec) || names_a_file(spec) {
         return Ok(());
     }
-    Err(Error::Input(format!("{}: no such file; {}", brief(spec), unknown("shape", name, &names))))
+    Err(Error::usage(format!("{}: no such file; {}", brief(spec), unknown("shape", name, &names))))
 }
 
 /// Refuses a name that is neither a sky nor could be a file.
@@ -274,7 +275,19 @@ fn check_light(spec: &str) -> Result<(), Error> {
         return Ok(());
     }
     let known = unknown("sky", name, &steradian_light::sky::NAMES);
-    Err(Error::Input(format!("{}: no such file; {known}", brief(spec))))
+    Err(Error::usage(format!("{}: no such file; {known}", brief(spec))))
+}
+
+/// Refuses a name that is neither a sky nor a shape nor could be a file.
+pub(crate) fn check_any(spec: &str) -> Result<(), Error> {
+    let name = spec.split(':').next().unwrap_or(spec);
+    if is_sky(spec) || is_shape(spec) || names_a_file(spec) {
+        return Ok(());
+    }
+    let shapes = shapes::SHAPES.iter().map(|s| s.name);
+    let names: Vec<&str> = steradian_light::sky::NAMES.into_iter().chain(shapes).collect();
+    let known = unknown("sky or shape", name, &names);
+    Err(Error::usage(format!("{}: no such file; {known}; a reflectance is brdf:SPEC", brief(spec))))
 }
 
 /// A built-in shape.
@@ -579,6 +592,8 @@ mod tests {
         let e = check_shape("teapott").expect_err("unknown").to_string();
         assert!(e.contains("did you mean 'teapot'") && e.contains("torus"), "{e}");
         assert!(check_light("skyy").is_err_and(|e| e.to_string().contains("did you mean 'sky'")));
+        let kinds = [check_shape("teapott"), check_light("skyy"), check_any("shpere")];
+        assert!(kinds.into_iter().all(|r| r.is_err_and(|e| e.kind() == crate::Kind::Usage)));
         assert!(check_shape("none.obj").is_ok() && check_light("front,back").is_ok());
         let why = |slug| Method::find(slug).err().map(|e| e.to_string()).unwrap_or_default();
         assert!(why("split:taps=4").starts_with("unknown technique"));

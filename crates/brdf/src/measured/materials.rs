@@ -1,11 +1,13 @@
 //! Files of many materials: binary numbers, and a text file with one name per line.
 
 use super::{nbrdf, npf};
+use crate::error::{FEW, NEAREST};
 use crate::model::merl_fits::{ABC, SGD};
+use crate::model::published;
 use crate::spec::Args;
 use crate::{Files, SpecError};
 use std::path::{Path, PathBuf};
-use steradian_base::{nearest, split_spec};
+use steradian_base::{brief, nearest, nearest_few, split_spec};
 
 /// Bytes of a list of names at most.
 const MAX_NAMES: u64 = 1 << 20;
@@ -22,8 +24,19 @@ pub(super) fn find(names: &Path, wanted: Option<&str>, a: &Args<'_>) -> Result<u
         return Ok(i);
     }
     let near = nearest(&wanted, &all).map(|n| format!(" (did you mean '{n}'?)")).unwrap_or_default();
-    let what = format!("has no material '{wanted}'{near}; its {} are: {}", all.len(), all.join(", "));
-    Err(SpecError::File { file: names.display().to_string(), what })
+    let (model, count) = (a.model(), all.len());
+    let list = match &all[..] {
+        all if count <= FEW => format!("its {count} are: {}", all.join(", ")),
+        all if wanted.is_empty() => format!("such as {}", all[0]),
+        all => format!("near it are: {}", nearest_few(&wanted, all, NEAREST).join(", ")),
+    };
+    let help = format!("{list}; inspect 'brdf:{model}:FILE,*' lists all {count}");
+    let what = if wanted.is_empty() {
+        format!("its file holds many materials: name one as {model}:FILE,MATERIAL, {help}")
+    } else {
+        format!("{} has no material '{}'{near}; {help}", brief(&names.display().to_string()), brief(&wanted))
+    };
+    Err(SpecError::Syntax { model, what })
 }
 
 /// The list of names of a file: as the spec gives it, else `standard` in the file's folder.
@@ -32,7 +45,7 @@ pub(super) fn list(path: &Path, standard: &str, a: &Args<'_>) -> PathBuf {
 }
 
 /// The specs that a spec with `*` for the material expands to: `npf:FILE,*`, `nbrdf:FILE,*`, `sgd:*`,
-/// `abc:*`. Any other spec expands to itself.
+/// `abc:*`, `lafortune:*`. Any other spec expands to itself.
 pub fn expand(spec: &str, files: Files<'_>) -> Result<Vec<String>, SpecError> {
     let (model, body) = split_spec(spec);
     if body == "*" && model == "sgd" {
@@ -40,6 +53,9 @@ pub fn expand(spec: &str, files: Files<'_>) -> Result<Vec<String>, SpecError> {
     }
     if body == "*" && model == "abc" {
         return Ok(ABC.names().iter().map(|n| format!("abc:{n}")).collect());
+    }
+    if body == "*" && model == "lafortune" {
+        return Ok(published::names().iter().map(|n| format!("lafortune:@{n}")).collect());
     }
     let Some(body) = body.strip_suffix(",*") else { return Ok(vec![spec.into()]) };
     let info = match model {

@@ -18,7 +18,7 @@ pub mod minnaert;
 pub mod oren_nayar;
 pub mod phong;
 pub mod poulin_fournier;
-mod published;
+pub(crate) mod published;
 pub mod sgd;
 pub mod strand;
 pub mod ward;

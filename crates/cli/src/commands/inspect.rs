@@ -7,8 +7,8 @@ use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use steradian_formats::WriteOptions;
+use steradian_session::IMAGES;
 use steradian_session::inspect::{Report, image_slice, polar_plot};
-use steradian_session::{IMAGES, check_output};
 
 /// Options of `steradian inspect`.
 #[derive(Debug, Args)]
@@ -16,7 +16,8 @@ pub struct Options {
     /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), transfer or
     /// probes (.safetensors), polynomial texture map (.ptm), light positions of photographs (.lp), pictures
     /// of a bidirectional texture function (.csv), what lies beside an engine's maps (.gltf with a light,
-    /// lights as .json, sh.txt, outputLUT.png), brdf:SPEC, or brdf: for the list of models
+    /// lights as .json, sh.txt, outputLUT.png), measurements of a reflectance (.binary, .bsdf, .brdf, .astm),
+    /// brdf:SPEC, brdf: for the list of models, or brdf:MODEL:* for that of its materials, such as brdf:sgd:*
     #[arg(value_name = "FILE|SKY|brdf:SPEC")]
     what: String,
     #[command(flatten)]
@@ -34,13 +35,13 @@ pub struct Options {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    crate::inputs::check_text(o.plot.as_deref())?;
+    crate::inputs::check_text(o.plot.as_deref(), context)?;
     if let Some(path) = &o.slice {
-        check_output(path, &IMAGES)?;
+        context.check_output(path, &IMAGES)?;
     }
-    let report = match o.what.strip_prefix("brdf:").filter(|spec| !spec.is_empty()) {
+    let report = match o.what.strip_prefix("brdf:").filter(|spec| !is_list(spec)) {
         Some(spec) => reflectance(spec, &o, context)?,
-        None if (o.plot.is_some() || o.slice.is_some()) && o.what != "brdf:" => {
+        None if (o.plot.is_some() || o.slice.is_some()) && !o.what.starts_with("brdf:") => {
             return Err(Failure::usage("--plot and --slice draw a BRDF: inspect brdf:SPEC --plot OUT.svg"));
         }
         None => context.inspect(&o.what, &o.adjust.get(), o.level)?,
@@ -53,6 +54,11 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         return context.print_json(document);
     }
     context.print_words(&report.text())
+}
+
+/// Is a spec that of a list: of models, or of a model's materials?
+fn is_list(spec: &str) -> bool {
+    spec.is_empty() || spec.ends_with('*')
 }
 
 /// The report on a reflectance, beside what is drawn of it.

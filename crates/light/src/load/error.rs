@@ -18,7 +18,9 @@ pub enum LightError {
         why: String,
     },
     /// A pixel is NaN or infinite.
-    #[error("{name}: pixel ({x}, {y}) is {value} in channel {channel}; radiance must be finite")]
+    #[error(
+        "{name}: pixel ({x}, {y}) is {value} in channel {channel}; radiance must be finite: mend it in an image editor, or write the file again"
+    )]
     NotFinite {
         /// The file.
         name: String,

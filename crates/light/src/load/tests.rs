@@ -85,7 +85,10 @@ fn profiles_undo_what_their_tools_do() {
 fn faults_are_named() {
     let bad = raster(8, 4, |i, j| if (i, j) == (5, 2) { [1.0, f32::NAN, 1.0] } else { [1.0; 3] });
     let e = from_raster("a.hdr", bad, &LoadOptions::default()).expect_err("NaN");
-    assert_eq!(e.to_string(), "a.hdr: pixel (5, 2) is NaN in channel G; radiance must be finite");
+    assert_eq!(
+        e.to_string(),
+        "a.hdr: pixel (5, 2) is NaN in channel G; radiance must be finite: mend it in an image editor, or write the file again"
+    );
     assert_eq!(e.exit_code(), 3);
     assert!(from_raster("a", raster(7, 5, |_, _| [1.0; 3]), &LoadOptions::default()).is_err());
     assert!(from_raster("a", raster(0, 0, |_, _| [1.0; 3]), &LoadOptions::default()).is_err());

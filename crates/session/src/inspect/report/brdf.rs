@@ -1,8 +1,12 @@
 //! Report of a reflectance.
 
 use super::{Line, Report};
+use crate::Error;
 use crate::inspect::{BrdfFacts, Domain, brdf_models};
 use serde_json::json;
+use steradian_base::brief;
+use steradian_brdf::Files;
+use steradian_brdf::measured::expand;
 
 /// The report on a reflectance.
 pub fn report(facts: &BrdfFacts) -> Report {
@@ -52,6 +56,18 @@ pub fn report(facts: &BrdfFacts) -> Report {
     lines.push(("reciprocity", apart));
     lines.push(("techniques", taken.join(", ")));
     Report { json, lines }
+}
+
+/// The materials of a spec with `*` for them.
+pub fn materials(spec: &str) -> Result<Report, Error> {
+    let all = expand(spec, Files::Any)?;
+    if all == [spec] {
+        let why =
+            "its model has no list of materials; these have: sgd:* abc:* lafortune:* npf:FILE,* nbrdf:FILE,*";
+        return Err(Error::usage(format!("brdf:{}: {why}", brief(spec))));
+    }
+    let json = json!({"kind": "brdf materials", "materials": all});
+    Ok(Report { json, lines: all.into_iter().map(|s| ("brdf", s)).collect() })
 }
 
 /// The list of models.

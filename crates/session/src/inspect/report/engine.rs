@@ -8,7 +8,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use std::path::Path;
 use steradian_engines::Engine;
-use steradian_formats::{ReadOptions, read_image_with, read_text};
+use steradian_formats::{ReadOptions, is_image, read_image_with, read_text};
 use steradian_light::Lamp;
 use steradian_light::load::Profile;
 
@@ -22,16 +22,17 @@ impl Session {
             return Ok(None);
         }
         let name = file_name(path);
+        let text = !is_image(path);
         let report = match () {
-            () if has_extension(path, &["gltf"]) => {
+            () if text && has_extension(path, &["gltf"]) => {
                 let profile = Profile::find("gltf").unwrap_or_else(Profile::own);
                 match self.light_of_gltf(path, adjust.profile.unwrap_or(profile), adjust.layout)? {
                     Some(found) => Some(self.gltf_report(found, &name)?),
                     None => None,
                 }
             }
-            () if has_extension(path, &["json"]) => Some(lamps(&Lamp::read(path)?, &name)),
-            () if has_extension(path, &["txt"]) => Some(self.coefficients_report(path, &name)?),
+            () if text && has_extension(path, &["json"]) => Some(lamps(&Lamp::read(path)?, &name)),
+            () if text && has_extension(path, &["txt"]) => Some(self.coefficients_report(path, &name)?),
             () if has_extension(path, &["png"]) && name.to_lowercase().contains("lut") => {
                 self.table_report(path, &name)?
             }

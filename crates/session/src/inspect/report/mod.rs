@@ -11,9 +11,12 @@ mod rti;
 mod transfer;
 
 use super::{BrdfFacts, is_bake, is_lp, is_mesh, is_ptm};
+use crate::fit::measurements;
+use crate::inputs::check_any;
 use crate::{Adjust, Error, Session, file_name, is_sky};
 use serde_json::Value;
 use std::path::Path;
+use steradian_formats::{NO_IMAGE, is_image};
 
 /// One line of a report in words: heading and text.
 pub type Line = (&'static str, String);
@@ -46,16 +49,28 @@ impl Session {
     /// What an input is that is told by its name and content: an environment (turned, scaled, and of a
     /// texture one level), a sky, a mesh or shape, a saved bake or its tables, transfer, probes, the files of
     /// reflectance transformation imaging, pictures of a bidirectional texture function, what lies beside an
-    /// engine's maps (a light in a glTF file, suns, coefficients, the split sum's table), `brdf:SPEC`, or
-    /// `brdf:` for the list of models.
+    /// engine's maps (a light in a glTF file, suns, coefficients, the split sum's table), a file of
+    /// measurements, `brdf:SPEC`, `brdf:` for the list of models, or `brdf:MODEL:*` for one of materials.
     pub fn inspect(&mut self, what: &str, adjust: &Adjust, level: usize) -> Result<Report, Error> {
         if let Some(spec) = what.strip_prefix("brdf:") {
-            return Ok(if spec.is_empty() { brdf::list() } else { self.inspect_brdf(spec)?.report() });
+            return match spec {
+                "" => Ok(brdf::list()),
+                _ if spec.ends_with('*') => brdf::materials(spec),
+                _ => Ok(self.inspect_brdf(spec)?.report()),
+            };
         }
+        check_any(what)?;
         let path = Path::new(what);
         let name = if is_sky(what) { what.into() } else { file_name(path) };
         if let Some(report) = self.inspect_beside(path, adjust)? {
             return Ok(report);
+        }
+        // What its bytes say is what a renderer would read.
+        if path.is_file() && is_image(path) {
+            return Ok(light::report(&self.inspect_light(what, adjust, level)?, &name));
+        }
+        if let Some(spec) = measurements(path).filter(|_| path.is_file()) {
+            return Ok(self.inspect_brdf(&spec)?.report());
         }
         if is_mesh(what) {
             return Ok(mesh::report(&self.inspect_mesh(what)?, &name));
@@ -84,6 +99,13 @@ impl Session {
         if let Some(facts) = self.inspect_array(path) {
             return Ok(bake::array(&facts, &name));
         }
-        Ok(light::report(&self.inspect_light(what, adjust, level)?, &name))
+        let facts = self.inspect_light(what, adjust, level).map_err(|e| match e.to_string() {
+            // Other measurements have no extension of their own.
+            why if why.contains(NO_IMAGE) => Error::input(format!(
+                "{why}; a measured reflectance is told by its model, such as brdf:npf:FILE,MATERIAL (brdf: lists them)"
+            )),
+            _ => e,
+        })?;
+        Ok(light::report(&facts, &name))
     }
 }
