@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::io::{self, IsTerminal, Read, Write};
 use std::ops::{Deref, DerefMut};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use steradian_base::Task;
@@ -28,7 +28,8 @@ pub struct Common {
     /// Threads [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Memory that may be allocated, such as 512M or 8G
+    /// Memory that reading a file and making data (a bake, transfer, filtered maps, shadow maps) may each take
+    /// at most, such as 512M or 8G; a picture's own pixels and the program itself come on top
     #[arg(long, global = true, value_name = "SIZE", default_value = "8G", value_parser = parse_size)]
     pub max_memory: u64,
     /// What to do with finite negative radiance in inputs
@@ -134,8 +135,8 @@ fn beside<R>(bars: Option<&Bars>, write: impl FnOnce() -> R) -> R {
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 impl Context {
-    /// Sets threads, progress and Ctrl-C up.
-    pub fn new(common: Common, arguments: Vec<String>) -> Result<Self, Failure> {
+    /// Sets threads, progress and Ctrl-C up. No output will replace one of `sources`.
+    pub fn new(common: Common, arguments: Vec<String>, sources: Vec<PathBuf>) -> Result<Self, Failure> {
         if common.backend == Backend::Cpu && common.gpu_path != GpuPath::Auto {
             let why = "--gpu-path says how a GPU shades: leave it out with --backend cpu";
             return Err(Failure::usage(why));
@@ -167,12 +168,14 @@ impl Context {
         }
         let (quiet, shown) = (common.quiet, bars.clone());
         let mut session =
-            Session::new().with_task(task).with_arguments(arguments).with_listener(move |notice| {
-                if !quiet {
-                    let kind = if notice.is_warning() { "warning: " } else { "" };
-                    say(shown.as_deref(), format_args!("{kind}{notice}"));
-                }
-            });
+            Session::new().with_task(task).with_arguments(arguments).with_kept_inputs(sources).with_listener(
+                move |notice| {
+                    if !quiet {
+                        let kind = if notice.is_warning() { "warning: " } else { "" };
+                        say(shown.as_deref(), format_args!("{kind}{notice}"));
+                    }
+                },
+            );
         session.negative = match common.negative {
             Negative::Keep => load::Negative::Keep,
             Negative::Zero => load::Negative::Zero,
@@ -272,7 +275,11 @@ impl Context {
     /// Text to a file, or to standard output for `None` and `-`.
     pub fn write_text(&self, path: Option<&Path>, text: &str) -> Outcome {
         match path {
-            Some(p) if p != Path::new("-") => Ok(write_atomic(p, |w| w.write_all(text.as_bytes()))?),
+            Some(p) if p != Path::new("-") => {
+                self.check()?;
+                self.spares(p)?;
+                Ok(write_atomic(p, |w| w.write_all(text.as_bytes()))?)
+            }
             _ => self.print(text),
         }
     }

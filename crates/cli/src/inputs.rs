@@ -87,8 +87,10 @@ pub fn parameters(given: &[Parameter]) -> Result<ParamValues, Failure> {
 }
 
 /// Refuses a text output that cannot be written, before the work.
-pub fn check_text(path: Option<&Path>) -> Outcome {
-    Ok(path.map_or(Ok(()), |p| Destinations::default().file("--output", p))?)
+pub fn check_text(path: Option<&Path>, context: &mut Context) -> Outcome {
+    let Some(path) = path else { return Ok(()) };
+    Destinations::default().file("--output", path)?;
+    Ok(context.writes(path)?)
 }
 
 /// Lights beside the environment, and how they are shaded.

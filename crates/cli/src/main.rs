@@ -11,12 +11,16 @@ mod inputs;
 mod names;
 mod options;
 mod progress;
+mod sources;
+mod usage;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser};
 use context::{Common, Context};
 use failure::Failure;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
@@ -34,20 +38,20 @@ fn main() -> ExitCode {
     if let Err(e) = steradian_simd::check() {
         return end(&Failure::usage(e));
     }
-    let parsed = command().try_get_matches().and_then(|m| Cli::from_arg_matches(&m));
-    let cli = match parsed {
-        Ok(cli) => cli,
+    let parsed = command().try_get_matches().and_then(|m| Ok((Cli::from_arg_matches(&m)?, sources::of(&m))));
+    let (cli, sources) = match parsed {
+        Ok(parsed) => parsed,
         Err(e) => {
-            let said = e.to_string();
-            if e.use_stderr() && said.len() > LONGEST {
-                return end(&Failure::usage(said));
+            // Without arguments the whole help is the answer.
+            if e.use_stderr() && e.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+                return end(&Failure::usage(usage::line(&e, &command())));
             }
             // Help and version go to standard output and end well; nothing can be done where that is closed.
             let _ = e.print();
             return ExitCode::from(u8::from(e.use_stderr()) * 2);
         }
     };
-    match guarded(cli) {
+    match guarded(cli, sources) {
         Ok(()) => ExitCode::SUCCESS,
         Err(f) => end(&f),
     }
@@ -89,7 +93,7 @@ fn end(f: &Failure) -> ExitCode {
 /// Where the last panic happened, for the one line that a user sees of it.
 static PANIC: Mutex<Option<String>> = Mutex::new(None);
 
-fn guarded(cli: Cli) -> failure::Outcome {
+fn guarded(cli: Cli, sources: Vec<PathBuf>) -> failure::Outcome {
     std::panic::set_hook(Box::new(|info| {
         // The last one: earlier ones may have been caught, as those of a decoder that a broken file leads
         // astray.
@@ -99,7 +103,7 @@ fn guarded(cli: Cli) -> failure::Outcome {
     let arguments: Vec<String> =
         std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
     catch_unwind(AssertUnwindSafe(|| {
-        let mut context = Context::new(cli.common, arguments)?;
+        let mut context = Context::new(cli.common, arguments, sources)?;
         cli.command.run(&mut context)
     }))
     .unwrap_or_else(|_| {

@@ -4,7 +4,7 @@
 use crate::companions::{DIFFUSE, has_diffuse, has_sheen};
 use crate::plan::{Kernel, Plan, has_roughness};
 use crate::{Engine, EngineError, Files};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use steradian_base::unknown;
 use steradian_brdf::SharedBrdf;
 use steradian_formats::{Container, TexelFormat};
@@ -148,6 +148,37 @@ impl Request {
     /// A texture of an engine whose files have fixed names, which another input's would replace.
     pub fn fixed_file(&self) -> Option<PathBuf> {
         self.engine.filter(|e| e.files == Files::Khronos).map(|_| self.folder().join("specular.ktx2"))
+    }
+
+    /// Is this, below [`Self::folder`], the name of a file that its engine may get?
+    pub fn writes(&self, file: &Path) -> bool {
+        let Some(engine) = self.engine else { return false };
+        let (file, name) = (file.to_string_lossy().replace('\\', "/"), &*self.name);
+        let is = |pattern: &str| {
+            let named = pattern.replace("{}", name);
+            file == named || file == named.replace("rgb9e5", self.format.unwrap_or(engine.format).name())
+        };
+        file == self.suns_file()
+            || match engine.files {
+                Files::Ktx2 { specular, diffuse } => is(specular) || diffuse.is_some_and(is),
+                Files::Khronos => {
+                    ["specular.ktx2", "diffuse.ktx2", "sheen.ktx2", "outputLUT.png"].into_iter().any(is)
+                }
+                Files::Filament => ["{}/{}_ibl.ktx", "{}/{}_skybox.ktx", "{}/sh.txt"].into_iter().any(is),
+                Files::Gltf => {
+                    let face = format!("{name}_specular_");
+                    is("{}.gltf") || (file.starts_with(&face) && file.ends_with(".png"))
+                }
+                Files::Dds { specular } => is(specular),
+                Files::LatLong { image, cube, .. } => is(image) || cube.is_some_and(is),
+            }
+    }
+
+    /// Is this the name of a level in a folder of them?
+    pub fn dumps(&self, file: &Path) -> bool {
+        let file = file.to_string_lossy();
+        let number = file.strip_prefix(&format!("{}_level", self.name)).and_then(|f| f.strip_suffix(".exr"));
+        number.is_some_and(|n| n.parse::<u8>().is_ok())
     }
 
     /// The spec of a kernel `brdf:SPEC`.

@@ -1,7 +1,7 @@
 //! Meshes from files.
 
 use crate::{Mesh, MeshReport, Repairs};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use steradian_formats::mesh::{MaterialData, TextureSource};
 use steradian_formats::{FormatError, Limits, MeshData, read_mesh};
 
@@ -18,6 +18,8 @@ pub struct Loaded {
     pub materials: Vec<MaterialData>,
     /// Images that the materials refer to, not decoded.
     pub textures: Vec<TextureSource>,
+    /// Other files that were read: images, buffers, libraries of materials.
+    pub files: Vec<PathBuf>,
     /// Ignored, repaired or missing data, one line each.
     pub notes: Vec<String>,
 }
@@ -45,8 +47,13 @@ pub fn load_with(path: &Path, limits: &Limits, repairs: Repairs) -> Result<Loade
 
 /// The meshes of data that were read already.
 pub fn from_data(data: MeshData, repairs: Repairs) -> Loaded {
-    let mut out =
-        Loaded { materials: data.materials, textures: data.textures, notes: data.notes, ..Loaded::default() };
+    let mut out = Loaded {
+        materials: data.materials,
+        textures: data.textures,
+        files: data.files,
+        notes: data.notes,
+        ..Loaded::default()
+    };
     for part in data.parts {
         let (mesh, report) = Mesh::from_part(&part, repairs);
         out.notes.extend(report.notes());

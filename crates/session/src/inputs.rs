@@ -485,6 +485,7 @@ impl Session {
     pub(crate) fn load_mesh(&mut self, path: &Path) -> Result<steradian_scene::Loaded, Error> {
         let loaded = steradian_scene::load(path, &self.limits())?;
         self.note_input(path);
+        loaded.files.iter().for_each(|file| self.reads(file));
         loaded.notes.iter().for_each(|n| self.warn(path.display(), n));
         Ok(loaded)
     }

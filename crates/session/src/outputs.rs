@@ -71,6 +71,12 @@ pub fn check_format(format: Option<TexelFormat>, path: &Path) -> Result<(), Erro
 }
 
 impl Session {
+    /// As [`check_output`], and announces the output: no input may be it.
+    pub fn check_output(&mut self, path: &Path, known: &[&str]) -> Result<(), Error> {
+        check_output(path, known)?;
+        self.writes(path)
+    }
+
     /// Writes an image to a file, with provenance; values that the format could not hold are reported and
     /// returned.
     pub fn write_image(
@@ -95,6 +101,7 @@ impl Session {
     ) -> Result<WriteReport, Error> {
         self.check()?;
         check_output(path, &IMAGES)?;
+        self.spares(path)?;
         Ok(write_image(path, raster, options)?)
     }
 

@@ -104,12 +104,20 @@ impl Session {
     pub fn prefilter(&mut self, request: Request) -> Result<Outcome<Prefiltered>, Error> {
         let started = Instant::now();
         let Request { environment, adjust, mut map, extract_suns, dump } = request;
+        // Of an engine only the folder is known to who announces outputs.
+        if map.engine.is_some() {
+            self.spares_in(&map.folder(), |file| map.writes(file))?;
+        }
+        if let Some(folder) = &dump {
+            self.spares_in(folder, |file| map.dumps(file))?;
+        }
         let mut lights = self.light(&environment, &adjust)?;
         let suns = extract_suns.then(|| suns::take(&mut lights));
         if let Some(taken) = &suns {
             self.note(taken.metadata());
             map.suns = taken.suns.clone();
         }
+        self.check()?;
         let mut clock = Clock::new(started, "reading");
         let (mut made, missed) = Filtered::new(map, lights, &self.task)?.even_if_missed();
         self.note_error(format!("relative RMS error {:.2e} ({})", made.error(), made.error_in_words()));

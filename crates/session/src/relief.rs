@@ -57,6 +57,7 @@ impl Session {
         let texels = width * height;
         let task = &self.task;
         let go_on = || task.check().is_ok();
+        self.check()?;
         task.begin("horizons", 1);
         let layers = match form {
             HorizonForm::Azimuths(n) => n.div_ceil(4),

@@ -1,7 +1,7 @@
 //! The session: limits, progress, provenance, and a listener for messages.
 
 use crate::{Error, Notice, Paths};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::{Input, ParamValues, Provenance, Task};
 use steradian_formats::Limits;
@@ -131,6 +131,18 @@ pub struct Session {
     provenance: Provenance,
     notes: Vec<(String, String)>,
     listener: Option<Listener>,
+    inputs: Option<InputFiles>,
+}
+
+/// Files that are read and files that will be written, of a session that serves one request.
+#[derive(Default)]
+struct InputFiles {
+    /// Canonical paths of inputs.
+    read: Vec<PathBuf>,
+    /// Canonical paths of outputs that exist.
+    written: Vec<PathBuf>,
+    /// An input that was read although its path was to be written.
+    clash: Option<String>,
 }
 
 impl Default for Session {
@@ -154,6 +166,7 @@ impl Session {
             provenance: Provenance::new([]),
             notes: Vec::new(),
             listener: None,
+            inputs: None,
         }
     }
 
@@ -174,6 +187,53 @@ impl Session {
     pub fn with_listener(mut self, listener: impl Fn(&Notice) + Send + Sync + 'static) -> Self {
         self.listener = Some(Arc::new(listener));
         self
+    }
+
+    /// This session with outputs that replace none of its inputs, of which `known` are known before they are
+    /// read: for one request. (A window reads what it saved, and may save it again.)
+    pub fn with_kept_inputs(mut self, known: impl IntoIterator<Item = PathBuf>) -> Self {
+        self.inputs = Some(InputFiles::default());
+        known.into_iter().for_each(|path| self.reads(&path));
+        self
+    }
+
+    /// Records a file as an input, which no output may replace.
+    pub fn reads(&mut self, path: &Path) {
+        let Some(inputs) = &mut self.inputs else { return };
+        let Ok(place) = path.canonicalize() else { return };
+        if inputs.written.contains(&place) {
+            inputs.clash = Some(replaces(path));
+        }
+        if !inputs.read.contains(&place) {
+            inputs.read.push(place);
+        }
+    }
+
+    /// Announces a file that will be written: it must be none of the inputs, and none may be it.
+    pub fn writes(&mut self, path: &Path) -> Result<(), Error> {
+        self.spares(path)?;
+        if let Some(inputs) = &mut self.inputs
+            && path.is_file()
+            && let Ok(place) = path.canonicalize()
+        {
+            inputs.written.push(place);
+        }
+        Ok(())
+    }
+
+    /// Refuses an input as the destination of an output.
+    pub fn spares(&self, path: &Path) -> Result<(), Error> {
+        let Some(inputs) = self.inputs.as_ref().filter(|_| path.is_file()) else { return Ok(()) };
+        let kept = path.canonicalize().is_ok_and(|place| inputs.read.contains(&place));
+        if kept { Err(Error::Usage(replaces(path))) } else { Ok(()) }
+    }
+
+    /// Refuses a folder of outputs in which an input has a name that one of them gets; `named` is asked of
+    /// the paths of inputs below the folder.
+    pub fn spares_in(&self, folder: &Path, named: impl Fn(&Path) -> bool) -> Result<(), Error> {
+        let (Some(inputs), Ok(place)) = (&self.inputs, folder.canonicalize()) else { return Ok(()) };
+        let mut below = inputs.read.iter().filter_map(|input| input.strip_prefix(&place).ok());
+        below.find(|path| named(path)).map_or(Ok(()), |path| Err(Error::Usage(replaces(&folder.join(path)))))
     }
 
     /// Limits for readers.
@@ -200,6 +260,7 @@ impl Session {
 
     /// Records an input file for the provenance; a name without a file is ignored.
     pub fn note_input(&mut self, path: &Path) {
+        self.reads(path);
         if let Ok(input) = Input::of_file(path)
             && !self.provenance.inputs.contains(&input)
         {
@@ -241,8 +302,44 @@ impl Session {
         self.provenance_pairs().into_iter().map(|(k, v)| format!("{k}: {v}")).collect()
     }
 
-    /// Fails once the task was cancelled.
+    /// Fails once the task was cancelled, and where an input turned out to be what an output would replace.
     pub fn check(&self) -> Result<(), Error> {
+        if let Some(clash) = self.inputs.as_ref().and_then(|i| i.clash.as_ref()) {
+            return Err(Error::usage(clash));
+        }
         Ok(self.task.check()?)
+    }
+}
+
+/// What is said of an output that would replace an input.
+fn replaces(path: &Path) -> String {
+    format!("{}: is an input, and would be replaced: give the output another name", path.display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_output_replaces_an_input() {
+        let d = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| d.path().join(name);
+        ["light.hdr", "later.hdr", "out.hdr"]
+            .iter()
+            .for_each(|n| std::fs::write(at(n), "x").expect("written"));
+        let mut kept = Session::new().with_kept_inputs([at("light.hdr")]);
+        let why = kept.writes(&at("./light.hdr")).expect_err("an input").to_string();
+        assert!(why.contains("is an input"), "{why}");
+        assert!(kept.writes(&at("out.hdr")).is_ok() && kept.writes(&at("none.hdr")).is_ok());
+        assert!(kept.spares_in(d.path(), |p| p == Path::new("light.hdr")).is_err());
+        assert!(kept.spares_in(d.path(), |p| p == Path::new("out.hdr")).is_ok());
+        kept.note_input(&at("later.hdr"));
+        assert!(kept.spares(&at("later.hdr")).is_err() && kept.check().is_ok());
+        kept.note_input(&at("out.hdr"));
+        assert!(kept.check().is_err());
+        // A session of many requests replaces what it likes.
+        let mut free = Session::new();
+        free.note_input(&at("light.hdr"));
+        assert!(free.writes(&at("light.hdr")).is_ok());
     }
 }

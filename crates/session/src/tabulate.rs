@@ -13,6 +13,7 @@ impl Session {
     /// or as scattered measurements in `.csv`.
     pub fn tabulate(&mut self, spec: &str, path: &Path) -> Result<(), Error> {
         let brdf = self.brdf(spec)?;
+        self.check()?;
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
             return Ok(write_csv(path, &csv::tabulate(&*brdf, path))?);
         }

@@ -1,7 +1,7 @@
 //! Transfer: a mesh, and the visibility and light transport of each of its sites.
 
 use crate::columns::unit;
-use crate::inputs::is_shape;
+use crate::inputs::{check_shape, is_shape};
 use crate::{Error, Outcome, Session};
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -136,6 +136,7 @@ impl Session {
         let settings = Settings { albedo, ..request.settings.clone() };
         let scene = Scene::new(&mesh).map_err(|e| Error::input(format!("{}: {e}", request.mesh)))?;
         let (sites, kind) = places(&request.places, &mesh, &request.mesh, self)?;
+        self.check()?;
         let store = match &request.output {
             Some(path) => Some(Store::open(path, &key(&scene, &sites, &settings))?),
             None => None,
@@ -173,6 +174,7 @@ impl Session {
     /// to any other as tensors with their provenance, of whole numbers with scales for 8 and of halves for
     /// 16. Removes the data kept for resuming after an interruption.
     pub fn write_transfer(&mut self, done: Done, bits: u32, path: &Path) -> Result<(), Error> {
+        self.spares(path)?;
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
             let numbers = VertexNumbers::of_bits(bits)
                 .ok_or_else(|| Error::usage(format!("numbers have 8, 16 or 32 bits, not {bits}")))?;
@@ -256,6 +258,7 @@ impl Session {
     /// The mesh, and the albedo of each of its slots.
     fn reflecting(&mut self, request: &Request) -> Result<(Mesh, Vec<[f64; 3]>), Error> {
         let spec = &request.mesh;
+        check_shape(spec)?;
         if !is_shape(spec) {
             let loaded = steradian_scene::load(Path::new(spec), &self.limits())?;
             let bad: usize = loaded.reports.iter().map(|r| r.repaired_normals).sum();

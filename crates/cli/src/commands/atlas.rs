@@ -42,7 +42,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let mut places = Destinations::default();
     let [page, numbers] = ["index.html", "atlas.csv"].map(|name| o.output.join(name));
     std::fs::create_dir_all(&o.output)
-        .map_err(|e| Failure::input(format!("{}: cannot make the folder: {e}", o.output.display())))?;
+        .map_err(|e| Failure::failed(format!("{}: cannot make the folder: {e}", o.output.display())))?;
     places.file("--output", &page)?;
     places.file("--output", &numbers)?;
     let start = Instant::now();

@@ -13,7 +13,7 @@ use steradian_session::{Local, LocalRequest, Method};
 /// Options of `steradian bake`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Light: an image, or a sky spec such as sky:elevation=35
+    /// Light: an image, or a sky spec such as sky:elevation=35; required unless --local is given
     #[arg(value_name = "ENV", required_unless_present = "local")]
     environment: Option<String>,
     #[command(flatten)]
@@ -25,7 +25,8 @@ pub struct Options {
     /// BRDF spec, such as ggx:alpha=0.3
     #[arg(short, long, value_name = "SPEC")]
     brdf: String,
-    /// Technique
+    /// Technique; required unless --local is given. `steradian techniques` lists them, `steradian inspect
+    /// brdf:SPEC` those that take a reflectance
     #[arg(short, long, value_name = "SLUG", required_unless_present = "local")]
     technique: Option<String>,
     /// In place of both, a technique for directional and point lights, with its parameters; --local takes the
@@ -66,7 +67,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let Method::Technique(technique) = Method::find(technique.unwrap_or_default())? else {
         return Err(Failure::usage("the reference bakes nothing: name a technique"));
     };
-    let output = Output::of(&o.output)?;
+    let output = output(&o, context)?;
     if o.half && matches!(output, Output::Texture(_)) {
         return Err(Failure::usage("--half is for .safetensors; textures hold halves already"));
     }
@@ -90,9 +91,18 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     missed.map_or(Ok(()), |m| Err(Failure::missed(format!("{m}; the output is marked"))))
 }
 
+/// Where the bake goes, which is none of the inputs.
+fn output(o: &Options, context: &mut Context) -> Result<Output, Failure> {
+    let output = Output::of(&o.output)?;
+    if !matches!(output, Output::Folder(_)) {
+        context.writes(&o.output)?;
+    }
+    Ok(output)
+}
+
 /// A technique for directional and point lights.
 fn local(o: &Options, spec: &str, context: &mut Context) -> Outcome {
-    let Output::Tensors(path) = Output::of(&o.output)? else {
+    let Output::Tensors(path) = output(o, context)? else {
         let why = "--local writes .safetensors, which --local takes";
         return Err(Failure::usage(format!("{}: {why}", o.output.display())));
     };

@@ -12,7 +12,7 @@ use steradian_session::compare::Plan;
 use steradian_session::comparison::{
     Finding, Request, Sweep, csv, document, drawing, html, latex, sheet, short, table,
 };
-use steradian_session::{Destinations, Renderer, check_output};
+use steradian_session::{Destinations, Renderer};
 
 /// Options of `steradian compare`.
 #[derive(Debug, Args)]
@@ -103,16 +103,18 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let outputs = [(&o.output, &["png"][..]), (&o.html, &["html", "htm"]), (&o.table, &["csv", "tex"])];
     for (path, known) in outputs {
         if let Some(path) = path {
-            check_output(path, known)?;
+            context.check_output(path, known)?;
             places.file("--output", path)?;
         }
     }
     if let Some(path) = &o.plot {
-        check_output(path, &["svg", "png"])?;
+        context.check_output(path, &["svg", "png"])?;
         places.file("--plot", path)?;
     }
     if let Some(path) = &o.resume {
         places.file("--resume", path)?;
+        // It holds earlier results, which are no input of the comparison.
+        context.writes(path)?;
     }
     let findings = compare(&o, context)?;
     if let (Some(path), Some(sweep)) = (&o.plot, &o.sweep) {

@@ -17,7 +17,7 @@ use steradian_session::convert::{Request, files};
 use steradian_session::inspect::{is_lp, is_ptm};
 use steradian_session::{
     Basis, Destinations, HORIZONS, HorizonForm, IMAGES, MAX_AZIMUTHS, MEASUREMENTS, POLYNOMIALS,
-    PolynomialKind, PolynomialPart, check_format, check_output, file_name, has_extension,
+    PolynomialKind, PolynomialPart, check_format, file_name, has_extension,
 };
 
 /// Options of `steradian convert`.
@@ -108,14 +108,16 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if o.map.is_some() || map {
         return part(&o, context);
     }
-    check_output(&o.output, &[IMAGES.as_slice(), &Container::EXTENSIONS].concat())?;
+    context.check_output(&o.output, &[IMAGES.as_slice(), &Container::EXTENSIONS].concat())?;
     check_format(o.format, &o.output)?;
     let mut places = Destinations::default();
     for path in files(&o.output) {
         places.file("--output", &path)?;
+        context.writes(&path)?;
     }
     if let Some(path) = &o.extract_sun {
         places.file("--extract-sun", path)?;
+        context.writes(path)?;
     }
     let done = context.convert(&Request {
         input: o.input,
@@ -147,7 +149,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 
 /// A reflectance as a table of measurements.
 fn tabulated(spec: &str, path: &Path, context: &mut Context) -> Outcome {
-    check_output(path, &MEASUREMENTS)?;
+    context.check_output(path, &MEASUREMENTS)?;
     context.tabulate(spec, path)?;
     context.report(
         || json!({"output": file_name(path), "brdf": spec_without_folders(spec)}),
@@ -161,6 +163,7 @@ fn lobes(o: &Options, count: usize, context: &mut Context) -> Outcome {
         let why = "--lobes are fitted to pictures that a .csv lists, as capture writes them";
         return Err(Failure::usage(format!("{}: {why}", o.input)));
     }
+    Destinations::default().folder(&o.output, true)?;
     let x = context.fit_lobes(Path::new(&o.input), count, &o.output)?;
     let (output, names, percent) = (o.output.display(), x.files.join(", "), 100.0 * x.error);
     let (w, h, n) = (x.width, x.height, x.pictures);
@@ -172,7 +175,7 @@ fn lobes(o: &Options, count: usize, context: &mut Context) -> Outcome {
 
 /// Photographs under known lights as a polynomial texture map.
 fn polynomials(o: &Options, context: &mut Context) -> Outcome {
-    check_output(&o.output, &POLYNOMIALS)?;
+    context.check_output(&o.output, &POLYNOMIALS)?;
     let x = context.fit_polynomials(Path::new(&o.input), &o.output, o.ptm.unwrap_or_default())?;
     let (output, name) = (o.output.display(), file_name(&o.output));
     let (w, h, n, c) = (x.width, x.height, x.photographs, x.condition);
@@ -205,7 +208,7 @@ fn basis(text: &str) -> Result<Basis, String> {
 
 /// The normals or the albedo of a polynomial texture map.
 fn part(o: &Options, context: &mut Context) -> Outcome {
-    check_output(&o.output, &IMAGES)?;
+    context.check_output(&o.output, &IMAGES)?;
     let part = o.map.unwrap_or(PolynomialPart::Normal);
     let raster = context.polynomial_map(Path::new(&o.input), part, o.basis.unwrap_or_default())?;
     let name = if part == PolynomialPart::Normal { "normals" } else { "albedo" };
@@ -243,7 +246,7 @@ fn relief(text: &str) -> Result<f64, String> {
 
 /// A height map as horizons.
 fn horizons(o: &Options, form: HorizonForm, context: &mut Context) -> Outcome {
-    check_output(&o.output, &HORIZONS)?;
+    context.check_output(&o.output, &HORIZONS)?;
     let mut places = Destinations::default();
     places.file("--output", &o.output)?;
     let usual = if o.half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f };

@@ -6,7 +6,6 @@ use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
-use steradian_session::check_output;
 use steradian_session::comparison::answer_json;
 
 /// Options of `steradian demo`.
@@ -21,7 +20,7 @@ pub struct Options {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    check_output(&o.output, &["png"])?;
+    context.check_output(&o.output, &["png"])?;
     let start = Instant::now();
     let demo = context.demo(usize::from(o.size))?;
     context.write_display(&o.output, &demo.sheet().draw(), Vec::new())?;

@@ -85,7 +85,7 @@ impl Reading {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    inputs::check_text(o.output.as_deref())?;
+    inputs::check_text(o.output.as_deref(), context)?;
     context.suns = o.lights.suns();
     let mut request = request(&o, context)?;
     let table = context.read_table(&o.points)?;

@@ -7,8 +7,8 @@ use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use steradian_brdf::fit::gaussian::{MAX_LOBES, MAX_VIEWS, MIN_AZIMUTHS, Objective, Plan, Shape};
+use steradian_session::Destinations;
 use steradian_session::fit::{brdf_name, expand_brdfs, table};
-use steradian_session::{Destinations, check_output};
 
 /// Options of `steradian fit`.
 #[derive(Debug, Args)]
@@ -69,12 +69,13 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         let why = "is a folder: name files in it, such as {}.safetensors, where {} stands for the material";
         return Err(Failure::usage(format!("{}: {why}", o.output.display())));
     }
-    check_output(&o.output, &["safetensors"])?;
+    context.check_output(&o.output, &["safetensors"])?;
     let mut specs = Vec::new();
     for input in &o.input {
         specs.extend(expand_brdfs(input)?);
     }
     let jobs = jobs(&o, specs)?;
+    jobs.iter().try_for_each(|(_, output)| context.writes(output))?;
     let plan = Plan {
         lobes: o.lobes.into(),
         views: o.views.into(),

@@ -12,7 +12,7 @@ use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_light::load::Arrangement;
 use steradian_render::ToneMapper;
 use steradian_session::irradiance::{Request, WindowSpec};
-use steradian_session::{IMAGES, check_output, has_extension};
+use steradian_session::{IMAGES, has_extension};
 use steradian_sphere::Layout;
 
 /// Options of `steradian irradiance`.
@@ -71,9 +71,12 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let map = match o.output.as_deref().filter(|p| *p != Path::new("-")) {
         None => None,
         // Devices have no extension: text.
-        Some(path) if path.extension().is_none() => None,
+        Some(path) if path.extension().is_none() => {
+            inputs::check_text(Some(path), context)?;
+            None
+        }
         Some(path) => {
-            check_output(path, &[TEXTS.as_slice(), &IMAGES, &["ktx2"]].concat())?;
+            context.check_output(path, &[TEXTS.as_slice(), &IMAGES, &["ktx2"]].concat())?;
             (!has_extension(path, &TEXTS)).then_some(path)
         }
     };

@@ -109,6 +109,7 @@ fn jobs(o: &Options, context: &mut Context) -> Result<Vec<Job>, Failure> {
     for spec in &o.environment {
         inputs.extend(context.lights_of(spec)?);
     }
+    inputs.iter().for_each(|file| context.reads(Path::new(file)));
     let (several, profiles) = (inputs.len() > 1, o.profile.len() > 1);
     let names: Vec<String> = inputs.iter().map(|i| o.name.clone().unwrap_or_else(|| stem(i))).collect();
     let twice = names.iter().enumerate().find(|(i, n)| names[..*i].contains(n));
@@ -170,7 +171,7 @@ fn request(o: &Options, job: &Job, context: &mut Context) -> Result<Request, Fai
     request.brdf = request.brdf_spec().map(|spec| context.brdf(spec)).transpose()?;
     // Refused before any work.
     request.plan(context.common.max_memory)?;
-    destinations(o, job)?;
+    destinations(o, job, context)?;
     if let Some(file) = request.fixed_file() {
         check_replaced(&file, &light_mark(&job.environment), &context.limits())?;
     }
@@ -178,10 +179,13 @@ fn request(o: &Options, job: &Job, context: &mut Context) -> Result<Request, Fai
 }
 
 /// Refuses outputs that cannot be written, or of which one would replace another.
-fn destinations(o: &Options, job: &Job) -> Outcome {
+fn destinations(o: &Options, job: &Job, context: &mut Context) -> Outcome {
     let mut places = Destinations::default();
     match job.engine {
-        None => places.file("--output", &job.output)?,
+        None => {
+            places.file("--output", &job.output)?;
+            context.writes(&job.output)?;
+        }
         // The folder of several profiles is made; one of a single profile is made in a folder that is there.
         Some(_) => places.folder(&job.output, o.profile.len() > 1)?,
     }
@@ -190,6 +194,7 @@ fn destinations(o: &Options, job: &Job) -> Outcome {
     }
     if let Some(path) = &o.extract_sun {
         places.file("--extract-sun", path)?;
+        context.writes(path)?;
     }
     Ok(())
 }

@@ -8,8 +8,8 @@ use clap::Args;
 use glam::DVec3;
 use serde_json::json;
 use std::path::PathBuf;
+use steradian_session::file_name;
 use steradian_session::probes::{Request, Where};
-use steradian_session::{check_output, file_name};
 
 /// Options of `steradian probes`.
 #[derive(Debug, Args)]
@@ -77,7 +77,7 @@ fn bounds(text: &str) -> Result<[DVec3; 2], String> {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    check_output(&o.output, &["safetensors"])?;
+    context.check_output(&o.output, &["safetensors"])?;
     let at = match (o.grid, &o.at) {
         (Some(n), _) => {
             let [lo, hi] = o.bounds.unwrap_or([DVec3::ZERO, DVec3::ONE]);

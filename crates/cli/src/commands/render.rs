@@ -14,9 +14,7 @@ use std::path::{Path, PathBuf};
 use steradian_formats::{Raster, WriteOptions};
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{NormalFiltering, ToneMapper};
-use steradian_session::{
-    ANIMATION, Backend, FRAME_RATE, Method, Renderer, Scene, check_output, is_animation,
-};
+use steradian_session::{ANIMATION, Backend, FRAME_RATE, Method, Renderer, Scene, is_animation};
 pub use values::{Exposure, blur, exposure, size, tone_mapper};
 use values::{background, normal_filtering};
 
@@ -118,9 +116,10 @@ pub struct Options {
     /// Position of the camera, metres [default: framed]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     pub from: Option<[f64; 3]>,
-    /// A plane of this reflectance under the mesh, as far as the horizon; path alone lets them shadow one
-    /// another. --technique shades it too where it takes its reflectance; else one is chosen [default of the
-    /// SPEC: lambert:albedo=0.4]
+    /// A plane of this reflectance under the mesh, as far as the horizon. They shadow one another under path,
+    /// which also reflects light from one onto the other, under techniques that know shadows, and with
+    /// --shadows lobe (with ray from suns and lamps alone). --technique shades it too where it takes its
+    /// reflectance; else one is chosen [default of the SPEC: lambert:albedo=0.4]
     #[arg(long, value_name = "SPEC", num_args = 0..=1, require_equals = true, default_missing_value = "lambert:albedo=0.4")]
     pub ground: Option<String>,
     /// Technique of the ground, with its parameters, such as prt_diffuse:precision=0.05, which knows the
@@ -144,13 +143,13 @@ pub struct Options {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     match o.orbit {
-        Some(_) => check_output(&o.output, &["png", "exr", "hdr", "pfm", ANIMATION])?,
-        None => check_output(&o.output, &["png", "exr", "hdr", "pfm"])?,
+        Some(_) => context.check_output(&o.output, &["png", "exr", "hdr", "pfm", ANIMATION])?,
+        None => context.check_output(&o.output, &["png", "exr", "hdr", "pfm"])?,
     }
     let traced = o.technique.as_deref() == Some(Method::Path.slug());
     context.paths = o.paths.get(traced)?;
     if let Some(path) = &o.variance {
-        check_output(path, &["exr", "pfm"])?;
+        context.check_output(path, &["exr", "pfm"])?;
         if !traced || o.orbit.is_some() {
             return Err(Failure::usage("--variance belongs to one picture by --technique path"));
         }
@@ -198,6 +197,9 @@ fn orbit(
     if !animated && !o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}")) {
         let why = "--orbit writes several pictures: put {} into the name, such as turn-{}.png, or use .apng";
         return Err(Failure::usage(format!("{}: {why}", o.output.display())));
+    }
+    if !animated {
+        (0..frames).try_for_each(|k| context.writes(&frame(&o.output, k)))?;
     }
     let mut shown = Vec::new();
     let orbit = context.orbit(scene, frames, renderer, |session, k, picture| {

@@ -32,7 +32,7 @@ pub struct Options {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    inputs::check_text(o.output.as_deref())?;
+    inputs::check_text(o.output.as_deref(), context)?;
     let adjust = o.adjust.get();
     let (image, back) = if is_sky(&o.map) {
         // A sky is turned and scaled with its sun, which is a disk of texels here.

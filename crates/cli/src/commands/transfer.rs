@@ -6,8 +6,8 @@ use crate::inputs;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use steradian_engines::transfer_source;
+use steradian_session::has_extension;
 use steradian_session::transfer::{Places, Request};
-use steradian_session::{check_output, has_extension};
 use steradian_transfer::Settings;
 
 /// Options of `steradian transfer`.
@@ -91,7 +91,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let table = match &o.points {
         Some(path) => {
             if is_csv(&o) {
-                inputs::check_text(o.output.as_deref())?;
+                inputs::check_text(o.output.as_deref(), context)?;
             }
             Some(context.read_table(path)?)
         }
@@ -99,7 +99,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     };
     let file = o.output.as_deref().filter(|_| table.is_none() || !is_csv(&o));
     if let Some(path) = file {
-        check_output(path, &["safetensors", "glb"])?;
+        context.check_output(path, &["safetensors", "glb"])?;
         let vertices = has_extension(path, &["glb"]);
         if vertices && (o.points.is_some() || o.atlas.is_some() || o.hemisphere || o.matrices) {
             return Err(Failure::usage(
@@ -107,7 +107,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
             ));
         }
     }
-    inputs::check_text(o.wgsl.as_deref())?;
+    inputs::check_text(o.wgsl.as_deref(), context)?;
     let places = match (&table, o.atlas) {
         (Some(table), _) => Places::of_table(table)?,
         (None, Some((w, h))) => Places::Texels(w, h),

@@ -54,7 +54,7 @@ pub fn run(_: Options, _: &Context) -> Outcome {
 #[cfg(feature = "view")]
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     use serde_json::json;
-    use steradian_session::{ANIMATION, Method, Session, check_output};
+    use steradian_session::{ANIMATION, Method, Session};
     use steradian_viewer::{Shot, Wish};
 
     let given = [&o.environment, &o.brdf, &o.technique].iter().any(|g| g.is_some())
@@ -80,7 +80,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         let wish = (o.input.is_some() || given).then_some(wish);
         return steradian_viewer::run(wish, context.common.max_memory).map_err(failed);
     };
-    check_output(&file, &["png", ANIMATION])?;
+    context.check_output(&file, &["png", ANIMATION])?;
     let session = std::mem::take::<Session>(context);
     let shot = Shot { file, frames: o.frames.into(), size: [o.size.0, o.size.1] };
     let taken = steradian_viewer::shoot(session, &wish, &shot).map_err(failed)?;

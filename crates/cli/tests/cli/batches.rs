@@ -152,8 +152,8 @@ fn outputs_and_names_are_checked_before_the_work() {
     let dir = dir.path();
     fails(dir, 1, "does not exist", &["render", "sphere", "-o", "missing/x.png"]);
     fails(dir, 1, "does not exist", &["compare", "sphere", "-o", "missing/x.png"]);
-    fails(dir, 3, "did you mean 'teapot'", &["render", "teapott", "-o", "x.png"]);
-    fails(dir, 3, "did you mean 'studio'", &["inspect", "studioo"]);
+    fails(dir, 2, "did you mean 'teapot'", &["render", "teapott", "-o", "x.png"]);
+    fails(dir, 2, "did you mean 'studio'", &["inspect", "studioo"]);
     assert!(well(dir, &["inspect", "brdf:"]).contains("curet"));
 }
 

@@ -554,3 +554,143 @@ fn a_scene_is_compared_and_its_report_holds_everything() {
     assert!(page.contains("&lt;b&gt;&amp;.toml") && !page.contains("<b>"));
     assert_eq!(page.matches("src=\"data:image/png;base64,").count(), page.matches("<img").count());
 }
+
+/// An image that reads as light.
+fn light(path: &Path) {
+    let mut bytes = b"PF\n8 4\n-1.0\n".to_vec();
+    (0..96).for_each(|k| bytes.extend((0.5 + k as f32 / 96.0).to_le_bytes()));
+    fs::write(path, bytes).expect("written");
+}
+
+#[test]
+fn no_output_replaces_an_input() {
+    let d = folder();
+    let dir = d.path();
+    light(&dir.join("in.pfm"));
+    light(&dir.join("in.exr"));
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\n";
+    fs::write(dir.join("m.obj"), obj).expect("written");
+    fs::write(dir.join("m.mtl"), "newmtl a\nmap_Kd skin.png\n").expect("written");
+    let picture = ["render", "sphere", "--size", "8", "-b", "lambert", "-t", "sh_irradiance"];
+    assert!(run(dir, &[&picture[..], &["-o", "skin.png"]].concat()).status.success());
+    let scene = "[light]\nenvironment = \"in.pfm\"\n[material.a]\nbrdf = \"lambert\"\n[[mesh]]\nshape = \"sphere\"\nmaterial = \"a\"";
+    fs::write(dir.join("s.toml"), scene).expect("written");
+    fs::create_dir(dir.join("below")).expect("made");
+    light(&dir.join("below/a_level0.exr"));
+    light(&dir.join("below/light.exr"));
+    let before = |name: &str| fs::read(dir.join(name)).expect("there");
+    for (file, arguments) in [
+        ("in.pfm", &["render", "sphere", "-e", "in.pfm", "-b", "lambert", "-o", "in.pfm"][..]),
+        ("in.pfm", &["render", "sphere", "-e", "in.pfm", "-b", "lambert", "-o", "./below/../in.pfm"]),
+        ("in.pfm", &["render", "s.toml", "-o", "in.pfm"]),
+        ("skin.png", &["render", "m.obj", "-o", "skin.png"]),
+        ("skin.png", &["render", "sphere", "--base-color-texture", "skin.png", "-o", "skin.png"]),
+        ("skin.png", &["compare", "m.obj", "-t", "sh_irradiance", "-o", "skin.png"]),
+        ("in.pfm", &["convert", "in.pfm", "-o", "in.pfm"]),
+        ("in.exr", &["convert", "in.exr", "--to", "octahedral", "-o", "in.exr"]),
+        ("in.pfm", &["prefilter", "in.pfm", "--kernel", "lambert", "-o", "in.pfm"]),
+        ("in.pfm", &["prefilter", "*.pfm", "--kernel", "lambert", "-o", "{}.pfm"]),
+        ("below/light.exr", &["prefilter", "below/light.exr", "--profile", "godot", "-o", "below"]),
+        (
+            "below/a_level0.exr",
+            &[
+                "prefilter",
+                "below/a_level0.exr",
+                "--name",
+                "a",
+                "--levels",
+                "2",
+                "--dump-levels",
+                "below",
+                "-o",
+                "x.ktx2",
+            ],
+        ),
+        ("in.pfm", &["irradiance", "in.pfm", "-o", "in.pfm"]),
+        ("p.csv", &["eval", "-e", "furnace", "-b", "lambert", "-p", "p.csv", "-o", "p.csv"]),
+        ("p.csv", &["sample", "furnace", "-d", "p.csv", "-o", "p.csv"]),
+        ("p.csv", &["transfer", "sphere", "-p", "p.csv", "-o", "p.csv"]),
+        ("in.pfm", &["convert", "in.pfm", "--extract-sun", "in.pfm", "-o", "x.exr"]),
+    ] {
+        let was = before(file);
+        let (code, said, error) = super::common::said(dir, arguments);
+        assert_eq!((code, said.as_str()), (Some(2), ""), "{arguments:?}: {error}");
+        assert!(error.trim_end().lines().last().is_some_and(|l| l.contains("is an input")), "{error}");
+        assert_eq!(before(file), was, "{arguments:?}");
+    }
+    fails(dir, 2, "in.pfm: is an input, and would be replaced", &["convert", "in.pfm", "-o", "in.pfm"]);
+}
+
+#[test]
+fn unknown_names_are_wrong_usage_and_missing_files_bad_input() {
+    let d = folder();
+    let dir = d.path();
+    for (near, arguments) in [
+        ("'sphere'", &["render", "shpere", "-o", "x.png"][..]),
+        ("'sky'", &["render", "sphere", "-e", "skyy", "-o", "x.png"]),
+        ("'lambert'", &["render", "sphere", "-b", "lamber", "-o", "x.png"]),
+        ("'split_sum'", &["render", "sphere", "-b", "ggx:alpha=0.2", "-t", "split-summ", "-o", "x.png"]),
+        ("'ggx'", &["prefilter", "sky", "--kernel", "gx", "-o", "x.ktx2"]),
+        ("'gold-paint'", &["render", "sphere", "-b", "sgd:goldpaint", "-o", "x.png"]),
+        ("'sphere'", &["inspect", "shpere"]),
+        ("'sky'", &["convert", "skyy", "-o", "x.exr"]),
+        ("'torus'", &["transfer", "tourus", "-o", "x.safetensors"]),
+        ("'grooves'", &["capture", "groves", "-o", "pictures"]),
+    ] {
+        fails(dir, 2, &format!("did you mean {near}?"), arguments);
+    }
+    for arguments in [
+        &["render", "./sphere", "-o", "x.png"][..],
+        &["render", "none.obj", "-o", "x.png"],
+        &["render", "sphere", "-e", "none.hdr", "-o", "x.png"],
+        &["capture", "none.png", "-o", "pictures"],
+    ] {
+        fails(dir, 3, "no such file", arguments);
+    }
+    assert!(!dir.join("x.png").exists() && !dir.join("pictures").exists());
+}
+
+#[test]
+fn errors_say_what_to_do() {
+    let d = folder();
+    let dir = d.path();
+    fs::write(dir.join("cut.hdr"), "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 64 +X 128\n\x02\x02").unwrap();
+    fails(dir, 3, "copy or download it again", &["inspect", "cut.hdr"]);
+    let (_, _, said) = super::common::said(dir, &["inspect", "brdf:sgd:goldpaint"]);
+    assert!(said.contains("inspect 'brdf:sgd:*' lists all 100") && said.len() < 300, "{said}");
+    let listed = super::common::well(dir, &["inspect", "brdf:sgd:*"]);
+    assert!(listed.lines().count() == 100 && listed.contains("sgd:gold-paint"), "{listed}");
+    fails(dir, 2, "these have: sgd:*", &["inspect", "brdf:ggx:*"]);
+    fails(dir, 2, "`steradian techniques` lists", &["bake", "sky", "-b", "lambert", "-o", "x.safetensors"]);
+    #[cfg(target_os = "linux")]
+    for arguments in [
+        &["render", "sphere", "-o", "/proc/x.png"][..],
+        &["bake", "sky", "-b", "lambert", "-t", "sh_irradiance", "-o", "/proc/x.safetensors"],
+        &["bake", "sky", "-b", "lambert", "-t", "sh_irradiance", "-o", "/proc/folder"],
+        &["eval", "-e", "sky", "-b", "lambert", "-p", "p.csv", "-o", "/proc/x.csv"],
+        &["prefilter", "sky", "--kernel", "ggx", "--levels", "5", "-o", "/proc/x.ktx2"],
+        &["prefilter", "sky", "--profile", "unity", "-o", "/proc/folder"],
+        &["prefilter", "sky", "--profile", "unity,godot", "-o", "/proc/folder"],
+        &["compare", "-e", "sky", "-o", "/proc/x.png"],
+        &["capture", "grooves", "-o", "/proc/folder"],
+        &["demo", "-o", "/proc/x.png"],
+    ] {
+        let start = std::time::Instant::now();
+        fails(dir, 1, "takes no files", arguments);
+        assert!(start.elapsed().as_secs_f64() < 5.0, "{arguments:?}");
+    }
+}
+
+#[test]
+fn inspect_reads_what_render_reads() {
+    let d = folder();
+    let dir = d.path();
+    let mut hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 128 +X 256\n".to_vec();
+    hdr.extend([128u8, 128, 128, 129].repeat(128 * 256));
+    fs::write(dir.join("light.txt"), hdr).expect("written");
+    assert!(super::common::well(dir, &["inspect", "light.txt"]).contains("256 x 128"));
+    super::common::done(dir, &["convert", "brdf:lambert:albedo=0.5", "-o", "grey.binary"]);
+    assert!(super::common::well(dir, &["inspect", "grey.binary"]).contains("merl"));
+    fs::write(dir.join("npf.bin"), [1; 64]).expect("written");
+    fails(dir, 3, "brdf:npf:FILE,MATERIAL", &["inspect", "npf.bin"]);
+}

@@ -36,14 +36,11 @@ pub fn json(dir: &Path, arguments: &[&str]) -> serde_json::Value {
     serde_json::from_str(&well(dir, arguments)).expect("JSON")
 }
 
-/// Bad arguments: their parser adds the usage to its line.
-const USAGE: i32 = 2;
-
 /// Exits with `code` and says one line that contains `want`.
 pub fn fails(dir: &Path, code: i32, want: &str, arguments: &[&str]) {
     let (got, _, e) = said(dir, arguments);
     assert_eq!(got, Some(code), "{arguments:?}: {e}");
-    assert!(code == USAGE || e.trim_end().lines().count() == 1, "{arguments:?}: {e}");
+    assert!(e.trim_end().lines().count() == 1 && e.starts_with("steradian: "), "{arguments:?}: {e}");
     assert!(e.contains(want), "{arguments:?}: {e}");
 }
 

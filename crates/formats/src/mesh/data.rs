@@ -2,7 +2,7 @@
 
 use crate::image::{ReadOptions, decode_image_with};
 use crate::{FormatError, Limits, Raster};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A mesh file's content.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -13,6 +13,8 @@ pub struct MeshData {
     pub materials: Vec<MaterialData>,
     /// Images that the materials refer to.
     pub textures: Vec<TextureSource>,
+    /// Other files that were read: images, buffers, libraries of materials.
+    pub files: Vec<PathBuf>,
     /// What was left out or mended, one line each.
     pub notes: Vec<String>,
 }

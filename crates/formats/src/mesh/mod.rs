@@ -65,6 +65,7 @@ fn decode(
     if data.parts.iter().all(|p| p.triangles.is_empty()) {
         return Err(source.fault("contains no triangles"));
     }
+    data.files = source.files();
     data.notes = source.notes();
     Ok(data)
 }

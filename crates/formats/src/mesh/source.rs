@@ -30,6 +30,8 @@ pub struct Source<'a> {
     read: u64,
     /// Bytes that were allocated.
     spent: u64,
+    /// Other files that were read.
+    files: Vec<PathBuf>,
     notes: Vec<String>,
     /// Notes beyond [`MAX_NOTES`].
     more_notes: usize,
@@ -39,7 +41,8 @@ impl<'a> Source<'a> {
     /// A file of `len` bytes. Beside the memory limit, a decoded mesh may hold [`MAX_RATIO`] times its bytes,
     /// so that a short file with large counts allocates little.
     pub fn new(path: &'a Path, folder: Option<&'a Path>, len: usize, limits: &Limits) -> Self {
-        Self { path, folder, limits: *limits, read: len as u64, spent: 0, notes: Vec::new(), more_notes: 0 }
+        let (files, notes) = (Vec::new(), Vec::new());
+        Self { path, folder, limits: *limits, read: len as u64, spent: 0, files, notes, more_notes: 0 }
     }
 
     /// Notes something that was left out or mended, once.
@@ -49,6 +52,11 @@ impl<'a> Source<'a> {
             return;
         }
         if self.notes.len() < MAX_NOTES { self.notes.push(note) } else { self.more_notes += 1 }
+    }
+
+    /// The other files that were read, each once.
+    pub fn files(&mut self) -> Vec<PathBuf> {
+        std::mem::take(&mut self.files)
     }
 
     /// The notes, which become those of the mesh.
@@ -119,7 +127,11 @@ impl<'a> Source<'a> {
             self.read = self.read.saturating_add(found.len());
             self.spend(found.len(), 1)?;
         }
-        read_bytes(&path, &self.limits)
+        let bytes = read_bytes(&path, &self.limits)?;
+        if !self.files.contains(&path) {
+            self.files.push(path);
+        }
+        Ok(bytes)
     }
 }
 

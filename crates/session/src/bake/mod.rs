@@ -136,6 +136,7 @@ impl Session {
         if let Some(path) = &request.sun_lights {
             self.join_lights(path, &mut lights, adjust)?;
         }
+        self.check()?;
         let read_seconds = start.elapsed().as_secs_f64();
         let stages = Arc::new(Stages::new(self.task.progress()));
         let tolerance = request.accuracy.tolerance();

@@ -84,7 +84,15 @@ impl Output {
                 let map = only(&done.bake.gpu(), path)?;
                 Ok(vec![texture(path, map, &head)?])
             }
-            Self::Folder(path) => folder(path, done, &tensors, &head),
+            Self::Folder(path) => {
+                let tables = done.bake.gpu().tables;
+                session.spares_in(path, |file| {
+                    let named = |name: &str| file == Path::new(name);
+                    let others = [IN_FOLDER, "buffers.safetensors", "shade.wgsl", "technique.json"];
+                    others.into_iter().any(named) || tables.iter().any(|t| named(&format!("{}.ktx2", t.name)))
+                })?;
+                folder(path, done, &tensors, &head)
+            }
         }
     }
 }

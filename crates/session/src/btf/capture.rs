@@ -1,13 +1,14 @@
 //! Surfaces photographed by the path tracer.
 
 use crate::destinations::light_mark;
-use crate::inputs::all_finite;
+use crate::inputs::{all_finite, names_a_file};
 use crate::{Destinations, Error, PolynomialKind, Session};
 use glam::{DVec2, DVec3, Vec2};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use steradian_base::unknown;
 use steradian_brdf::SharedBrdf;
 use steradian_formats::{
     BtfList, BtfPicture, ExrSamples, LightPosition, Raster, WriteOptions, WriteReport, read_image, read_text,
@@ -194,6 +195,11 @@ impl Session {
         let (width, height, heights, name) = match &s.shape {
             Shape::Pattern(p, side) => (*side, *side, p.heights(*side), p.name().to_string()),
             Shape::File(file) => {
+                let name = file.to_string_lossy();
+                if !names_a_file(&name) {
+                    let why = unknown("heights", &name, &Pattern::ALL.map(Pattern::name));
+                    return Err(Error::usage(format!("{name}: no such file; {why}")));
+                }
                 let (w, h, z) = self.heights(file)?;
                 (w, h, z, file.display().to_string())
             }
@@ -259,6 +265,12 @@ impl Session {
         let start = Instant::now();
         Destinations::default().folder(folder, false)?;
         let stage = self.stage(s)?;
+        self.spares_in(folder, |file| {
+            let named = |name: &str| file == Path::new(name);
+            let picture = |v, l| file == Path::new(&picture_name(v, l, s.format));
+            let lists = [RECORD, "btf.csv", "rti.lp", "rti.ptm"];
+            lists.into_iter().any(named) || (0..s.views).any(|v| (0..s.lights).any(|l| picture(v, l)))
+        })?;
         let record = folder.join(RECORD);
         let asked = self.asked(s);
         let mut known = known(&record, &asked)?;

@@ -29,6 +29,11 @@ impl Session {
     /// k = 1, into a folder.
     pub fn fit_lobes(&mut self, list: &Path, count: usize, folder: &Path) -> Result<LobeFacts, Error> {
         let btf = self.btf(list)?;
+        self.spares_in(folder, |file| {
+            let image = |name: &str| file == Path::new(name);
+            image("rho_d.exr")
+                || (1..=count).any(|k| ["rho", "c", "n"].iter().any(|n| image(&format!("{n}_{k}.exr"))))
+        })?;
         let (width, height) = btf.size();
         self.task.begin("lobes", btf.texels() as u64);
         let task = &self.task;

@@ -120,6 +120,7 @@ impl Session {
         complete(path, &list, &pairing)?;
         self.note_source(Source::of_list(&list, path).as_ref());
         let folder = path.parent().unwrap_or(Path::new(""));
+        list.pictures.iter().for_each(|p| self.reads(&folder.join(&p.file)));
         let (views, lights) = (pairing.views.len(), pairing.lights.len());
         let (width, height, _) = self.picture(folder, &list.pictures[0].file)?;
         let bytes = (width as u64 * height as u64).saturating_mul(6 * list.pictures.len() as u64);

@@ -126,6 +126,7 @@ impl Session {
             meshes(o, &bakes, &methods, self)?
         };
         let field = o.probes.as_deref().map(|path| self.probes(path)).transpose()?.map(Arc::new);
+        self.check()?;
         let mut kept = o.results.as_deref().map(|path| Kept::open(path, o.pictured)).transpose()?;
         let (mut findings, mut reused) = (Vec::new(), 0);
         for Case { environment, brdf, base, value, mark, mut scene } in cases {

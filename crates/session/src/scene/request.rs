@@ -140,6 +140,7 @@ impl Session {
             Some(ground) => Some(of_ground(ground, o, self)?),
             None => scene.ground,
         };
+        self.check()?;
         Ok(scene)
     }
 
