@@ -31,13 +31,9 @@ pub struct PictureError {
 }
 
 impl PictureError {
-    /// Of a film against the reference's at its whole pixels, and of radiance at `silhouettes` against the
-    /// reference's there; `None` where there are no such pixels.
-    pub(crate) fn of(
-        film: &Film,
-        truth: &Film,
-        silhouettes: Option<(&[[f32; 3]], &[[f32; 3]])>,
-    ) -> Option<Self> {
+    /// Of a film against the reference's at its whole pixels, and at silhouettes of radiance against the
+    /// reference's; `None` where there are no such pixels.
+    pub(crate) fn of(film: &Film, truth: &Film, silhouettes: Option<[&[[f32; 3]]; 2]>) -> Option<Self> {
         let whole = |i: usize| truth.alpha[i] > 0.999;
         let e = errors(film, truth, whole);
         if e.pixels == 0 || !e.relative_rms.is_finite() {
@@ -53,7 +49,7 @@ impl PictureError {
             let squares = of.iter().map(|x| x.min(most).powi(2));
             (squares.sum::<f64>() / of.len().max(1) as f64).sqrt()
         };
-        let silhouettes = silhouettes.map(|(got, truth)| {
+        let silhouettes = silhouettes.map(|[got, truth]| {
             let all: Vec<f64> = got.iter().zip(truth).map(|(a, b)| relative(*a, *b, dark)).collect();
             rms(&all, 1.0)
         });
@@ -123,7 +119,7 @@ mod tests {
         let single = ((0.2f64 * 0.2 * 2.0 + (2e-3f64 / 0.25).powi(2)) / 10.0).sqrt();
         assert!((e.apparent() - single).abs() < 1e-4, "{e:?}");
         let rim = |v: f32| vec![[v; 3]; 4];
-        let e = PictureError::of(&truth, &truth, Some((&rim(9.0), &rim(1.0)))).expect("pixels");
+        let e = PictureError::of(&truth, &truth, Some([&rim(9.0), &rim(1.0)])).expect("pixels");
         assert_eq!((e.silhouettes, e.apparent()), (Some(1.0), SILHOUETTES));
         assert_eq!(PictureError::of(&Film::new(1, 1), &Film::new(1, 1), None), None);
     }

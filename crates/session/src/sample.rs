@@ -177,7 +177,7 @@ impl<'a> Sample<'a> {
             }
             _ => None,
         };
-        let rim = rim.as_ref().map(|(got, truth)| (&**got, &***truth));
+        let rim = rim.as_ref().map(|(got, truth)| [&**got, &***truth]);
         Ok(PictureError::of(&film, truth, rim).ok_or(Some(NOTHING)))
     }
 }
@@ -204,7 +204,7 @@ fn silhouettes(mesh: &Mesh, camera: &Camera, most: usize) -> PointsBuf {
 /// Radiance at points.
 fn shaded(shader: &dyn Shader, points: &PointsBuf, task: &Task) -> Result<Vec<[f32; 3]>, Error> {
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
-    if points.len() > 0 {
+    if !points.is_empty() {
         shader.shade(&points.as_points(), &mut Radiance::of(&mut rgb), task)?;
     }
     Ok((0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]]).collect())

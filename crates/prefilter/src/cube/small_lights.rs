@@ -224,7 +224,7 @@ mod tests {
             let off = (off / all).sqrt();
             assert!(off < 0.2 * tolerance, "alpha {alpha}, {size}: {off:e}");
             let k = kernel.coefficients(2 * 255 + 64);
-            ways.push(match Plan::new(&source, &kernel, &k, 6 * n * n, tolerance).way {
+            ways.push(match Plan::new(&source, &kernel, &k, 6 * n * n, tolerance).method {
                 Method::Series => "series",
                 Method::Near(_) => "near",
                 Method::Direct => "direct",
