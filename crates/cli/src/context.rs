@@ -28,8 +28,8 @@ pub struct Common {
     /// Threads [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Memory that reading a file and making data (a bake, transfer, filtered maps, shadow maps) may each take
-    /// at most, such as 512M or 8G; a picture's own pixels and the program itself come on top
+    /// Memory that reading a file and making data (a bake, transfer, filtered maps, shadow maps) may each
+    /// take at most, such as 512M or 8G; a picture's own pixels and the program itself come on top
     #[arg(long, global = true, value_name = "SIZE", default_value = "8G", value_parser = parse_size)]
     pub max_memory: u64,
     /// What to do with finite negative radiance in inputs

@@ -300,7 +300,8 @@ pub(crate) fn all_finite(path: &Path, raster: Raster) -> Result<Raster, Error> {
     match raster.first_non_finite() {
         None => Ok(raster),
         Some((x, y, channel)) => {
-            let why = format!("pixel ({x}, {y}) of channel {channel} is not finite");
+            let why =
+                format!("pixel ({x}, {y}) of channel {channel} is not finite: mend it in an image editor");
             Err(Error::input(format!("{}: {why}", path.display())))
         }
     }

@@ -53,9 +53,9 @@ const FAR: f64 = 0.1;
 const RUN: usize = 16;
 
 impl<'a> Plan<'a> {
-    /// The cheapest method whose series leaves out at most a small part of `tolerance`. Errors are relative to
-    /// the convolution with the source's image alone (whose bands times `k`, the kernel's, it is): small
-    /// lights fill little of the map.
+    /// The cheapest method whose series leaves out at most a small part of `tolerance`. Errors are relative
+    /// to the convolution with the source's image alone (its bands times `k`, the kernel's): small lights
+    /// fill little of the map.
     pub fn new(source: &Source, kernel: &'a dyn Zonal, k: &[f64], texels: usize, tolerance: f64) -> Self {
         let lights = &source.small_lights;
         let result: f64 = source.base_bands().zip(k).map(|(b, k)| b * k * k).sum();

@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(places.iter().map(|p| p.1).collect::<Vec<_>>(), [0, 0, 0]);
         assert!(places[2].0 < LEFT + PANEL.0 + GAP, "close together: {places:?}");
         let long = "a technique of a long name, under a light of a long name".to_string();
-        let places = legend(&series(&[&long, &long, &long]), 1000.0);
+        let places = legend(&series(&[&long, &long, &long]), 1100.0);
         assert_eq!(places.iter().map(|p| p.1).collect::<Vec<_>>(), [0, 0, 1]);
     }
 
