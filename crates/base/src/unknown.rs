@@ -3,6 +3,9 @@
 /// Names that a message lists.
 const MOST_NAMES: usize = 64;
 
+/// Characters of a name that are compared.
+const LONGEST: usize = 64;
+
 /// "unknown KIND 'x' (did you mean 'y'?); there are: …".
 pub fn unknown(kind: &str, word: &str, known: &[&str]) -> String {
     let hint = nearest(word, known).map(|k| format!(" (did you mean '{k}'?)")).unwrap_or_default();
@@ -14,7 +17,7 @@ pub fn unknown(kind: &str, word: &str, known: &[&str]) -> String {
 /// The name nearest to `word` by edit distance, if it is near enough to be a slip.
 pub fn nearest<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
     let best = names.iter().map(|n| (distance(word, n), *n)).min()?;
-    (best.0 <= 1 + word.chars().count() / 3).then_some(best.1)
+    (best.0 <= 1 + word.chars().take(LONGEST).count() / 3).then_some(best.1)
 }
 
 /// The `count` names that are nearest to `word`, those first that contain it.
@@ -29,7 +32,7 @@ pub fn nearest_few<'a>(word: &str, names: &[&'a str], count: usize) -> Vec<&'a s
 
 /// Levenshtein's edit distance, where `-` and `_` are the same.
 fn distance(a: &str, b: &str) -> usize {
-    let fold = |s: &str| -> Vec<char> { s.to_lowercase().replace('-', "_").chars().take(64).collect() };
+    let fold = |s: &str| -> Vec<char> { s.to_lowercase().replace('-', "_").chars().take(LONGEST).collect() };
     let (a, b) = (fold(a), fold(b));
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, ca) in a.iter().enumerate() {
@@ -52,6 +55,7 @@ mod tests {
         assert_eq!(nearest("lamberd", &["lambert", "ggx"]), Some("lambert"));
         assert_eq!(nearest("gx", &["lambert", "ggx"]), Some("ggx"));
         assert_eq!(nearest("quartz", &["lambert", "ggx"]), None);
+        assert_eq!(nearest(&"x".repeat(1000), &["lambert", "ggx"]), None);
         assert_eq!(distance("kitten", "sitting"), 3);
         let some = nearest_few("gold", &["cold", "old-gold", "quartz", "gold-leaf"], 3);
         assert_eq!(some, ["old-gold", "gold-leaf", "cold"]);

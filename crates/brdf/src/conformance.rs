@@ -365,7 +365,7 @@ fn errors_say_what_is_accepted() {
         ("merl:gold.binary", "gold.binary: is not opened"),
         ("lobes:gold.safetensors", "gold.safetensors: is not opened"),
         ("sgd", "needs a material, such as sgd:alum-bronze; inspect 'brdf:sgd:*' lists all 100"),
-        ("abc:gold", "near it are: gold-paint, gold-metallic-paint"),
+        ("abc:gold", "near it are: gold-paint, two-layer-gold, gold-metallic-paint"),
     ] {
         let e = parse(spec).expect_err(spec).to_string();
         assert!(e.contains(part) && !e.contains('\n'), "{spec}: {e}");
