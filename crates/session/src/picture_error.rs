@@ -25,8 +25,8 @@ pub struct PictureError {
     pub ninetieth: f64,
     /// Root mean square of the same, at most ½ each.
     pub bounded_rms: f64,
-    /// Root mean square of such errors, at most 1 each, at points of the mesh that are seen from 80° to 89° off
-    /// the normal; `None` where the camera sees no such points.
+    /// Root mean square of such errors, at most 1 each, at points of the mesh that are seen from 80° to 89°
+    /// off the normal; `None` where the camera sees no such points.
     pub silhouettes: Option<f64>,
 }
 
@@ -63,8 +63,8 @@ impl PictureError {
     }
 
     /// One number to compare techniques by: the largest of the relative RMS error, of that of single points,
-    /// and of half the silhouettes' error. The first alone overlooks all but the sun's highlight where there is
-    /// one.
+    /// and of half the silhouettes' error. The first alone overlooks all but the sun's highlight where there
+    /// is one.
     pub fn apparent(&self) -> f64 {
         self.relative_rms.max(self.bounded_rms).max(SILHOUETTES * self.silhouettes.unwrap_or(0.0))
     }

@@ -28,8 +28,8 @@ const EVALUATIONS: u64 = 100_000;
 const SILHOUETTE: std::ops::Range<f32> = 0.0175..0.1736;
 /// Silhouette points at most, of all vertices that qualify at equal intervals.
 const SILHOUETTES: usize = 48;
-/// Where the reference takes long for so many, it computes these; a mesh with fewer has no silhouettes to speak
-/// of.
+/// Where the reference takes long for so many, it computes these; a mesh with fewer has no silhouettes to
+/// speak of.
 const LEAST_SILHOUETTES: usize = 8;
 
 /// Reasons why the error in a picture is not measured, for messages.
