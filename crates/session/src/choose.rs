@@ -450,9 +450,8 @@ mod tests {
         let mut session = Session::new().with_listener(move |n| {
             heard.lock().expect("nobody panics").push(n.to_string());
         });
-        session.shadows = Shadows::Lobe;
         let mut scene = scene(&mut session, "lambert:albedo=0.6");
-        scene.materials[0].method = Some(Method::find("diffuse_map").expect("a technique"));
+        scene.materials[0].method = Some(Method::find("ambient").expect("a technique"));
         let (picture, _) = session.render(&scene).expect("a picture").even_if_missed();
         assert!(picture.materials[0].picture_error.is_none() && picture.materials[0].choice.is_none());
         assert_eq!(picture.materials[0].picture_unmeasured, Some("its sample knows no shadows"));
@@ -489,6 +488,9 @@ mod tests {
         assert!(bright != dark && open > 0.0 && open < 0.01, "{open}");
         // The samples may differ in size, where one was stopped early.
         assert!(shadowed > 0.5 * open && shadowed < 2.0 * open, "{open} {shadowed}");
+        // So may it be where all light is shadowed.
+        let (all, darker) = of(Shadows::Lobe);
+        assert!(darker != dark && all > 0.5 * open && all < 2.0 * open, "{open} {all}");
     }
 
     /// Against the reflectance of each point. A sample's pixels hold many squares, and averages over them

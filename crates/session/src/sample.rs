@@ -1,7 +1,7 @@
 //! The error of a technique in a picture: at a sample of its points, against the reference.
 
 use crate::effort::{processor_seconds, within};
-use crate::{Error, Local, Material, Method, PictureError, Prepared, Scene, Session, Shadows};
+use crate::{Error, Local, Material, Method, PictureError, Prepared, Scene, Session};
 use glam::Vec3;
 use std::sync::Arc;
 use steradian_base::Task;
@@ -65,11 +65,6 @@ impl<'a> Sample<'a> {
         let mut sample =
             Self { scene, bvh, camera, truth: Err(None), silhouettes: None, seconds: 0.0, whole: 0.0 };
         if matches!(material.method, Some(Method::File(_) | Method::Reference)) {
-            return Ok(sample);
-        }
-        // The sample is shaded without shadow rays, so that under `--shadows lobe` certificates decide.
-        if session.shadows == Shadows::Lobe {
-            sample.truth = Err(Some(SHADOWED));
             return Ok(sample);
         }
         let task = session.task.clone().without_progress();
@@ -163,8 +158,7 @@ impl<'a> Sample<'a> {
         if far || m.local.as_ref().is_some_and(Local::knows_mesh) {
             return Ok(Err(Some(SHADOWED)));
         }
-        // Shadows of lights shaded in addition to the data are not part of the technique's error, and the
-        // reference has none.
+        // Shadows by rays are not part of the technique's error, and the reference has none.
         let mut surface = prepared.surface.clone();
         if let Some(open) = surface.shader.unshadowed() {
             surface.shader = open;

@@ -326,6 +326,10 @@ impl Shader for LobeShadowShader {
         self.open.is_textured()
     }
 
+    fn unshadowed(&self) -> Option<Arc<dyn Shader>> {
+        Some(self.open.unshadowed().unwrap_or_else(|| self.open.clone()))
+    }
+
     fn lights_seen(&self, q: &Points<'_>) -> Vec<u64> {
         lights_seen(&self.share.direct, &*self.share.bvh, q)
     }
