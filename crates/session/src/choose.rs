@@ -15,7 +15,7 @@ use steradian_techniques::{AnyTechnique, Card};
 
 /// Limits of the processor seconds of all bakes by which a technique is chosen: where one was found whose
 /// error is hardly visible (three seconds on two cores), where a useful one was, and where none was: what the
-/// reference would take, within the last two. The lobes of a brushed metal take 13 to 20.
+/// reference would take, within the last two. The lobes of brushed metals take 8 to 20.
 const BUDGETS_SECONDS: [f64; 4] = [6.0, 15.0, 30.0, 60.0];
 /// Where the reference would take more processor seconds than the last of [`BUDGETS_SECONDS`], the best
 /// technique is taken, if it errs less than this.
