@@ -5,9 +5,9 @@ use steradian_render::{Film, errors};
 /// Part of the silhouettes' error that counts as an error of the picture. With a fifth, gold of α = 0.1 in a
 /// studio got a map with black rings (silhouettes off by 68 %) in place of one that blurs a reflection's edge
 /// (12 %; a tenth of its other points by 61 %).
-const SILHOUETTES: f64 = 0.5;
+const SILHOUETTE_WEIGHT: f64 = 0.5;
 /// Errors of single points count as this at most: black for grey is wrong, whatever the factor.
-const WRONG: f64 = 0.5;
+const MAX_POINT_ERROR: f64 = 0.5;
 
 /// Where radiance is below this part of its median, errors of single points are relative to that part of the
 /// median: two stops, below which displays show little. (The mean would be that of a sun's highlight.)
@@ -57,7 +57,7 @@ impl PictureError {
             relative_rms: e.relative_rms,
             median: points[points.len() / 2],
             ninetieth: points[9 * points.len() / 10],
-            bounded_rms: rms(&points, WRONG),
+            bounded_rms: rms(&points, MAX_POINT_ERROR),
             silhouettes,
         })
     }
@@ -66,7 +66,7 @@ impl PictureError {
     /// and of half the silhouettes' error. The first alone overlooks all but the sun's highlight where there
     /// is one.
     pub fn apparent(&self) -> f64 {
-        self.relative_rms.max(self.bounded_rms).max(SILHOUETTES * self.silhouettes.unwrap_or(0.0))
+        self.relative_rms.max(self.bounded_rms).max(SILHOUETTE_WEIGHT * self.silhouettes.unwrap_or(0.0))
     }
 }
 
@@ -120,7 +120,7 @@ mod tests {
         assert!((e.apparent() - single).abs() < 1e-4, "{e:?}");
         let rim = |v: f32| vec![[v; 3]; 4];
         let e = PictureError::of(&truth, &truth, Some([&rim(9.0), &rim(1.0)])).expect("pixels");
-        assert_eq!((e.silhouettes, e.apparent()), (Some(1.0), SILHOUETTES));
+        assert_eq!((e.silhouettes, e.apparent()), (Some(1.0), SILHOUETTE_WEIGHT));
         assert_eq!(PictureError::of(&Film::new(1, 1), &Film::new(1, 1), None), None);
     }
 }

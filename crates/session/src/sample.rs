@@ -25,12 +25,12 @@ const TOLERANCE: f64 = 1e-2;
 const EVALUATIONS: u64 = 100_000;
 
 /// Cosines between normal and view at which vertices count as silhouettes: 80° to 89°.
-const SILHOUETTE: std::ops::Range<f32> = 0.0175..0.1736;
+const SILHOUETTE_COSINES: std::ops::Range<f32> = 0.0175..0.1736;
 /// Silhouette points at most, of all vertices that qualify at equal intervals.
-const SILHOUETTES: usize = 48;
+const MAX_SILHOUETTES: usize = 48;
 /// Where the reference takes long for so many, it computes these; a mesh with fewer has no silhouettes to
 /// speak of.
-const LEAST_SILHOUETTES: usize = 8;
+const MIN_SILHOUETTES: usize = 8;
 
 /// Reasons why the error in a picture is not measured, for messages.
 const SHADOWED: &str = "its sample knows no shadows";
@@ -89,7 +89,7 @@ impl<'a> Sample<'a> {
         }
         if sample.truth.is_ok() && !surface.shader.is_textured() {
             // All of them, or as few as tell.
-            for count in [SILHOUETTES, LEAST_SILHOUETTES] {
+            for count in [MAX_SILHOUETTES, MIN_SILHOUETTES] {
                 let points = silhouettes(&scene.mesh, &camera, count);
                 let (values, _) = within(&task, LOOK, |task| shaded(&*surface.shader, &points, task));
                 session.check()?;
@@ -183,11 +183,11 @@ fn silhouettes(mesh: &Mesh, camera: &Camera, most: usize) -> PointsBuf {
         Camera::Pinhole { from, .. } => (from - p).normalize_or_zero(),
         Camera::Orthographic { from, at, .. } => (from - at).normalize_or_zero(),
     };
-    let grazing = |(p, n): &(&Vec3, &Vec3)| SILHOUETTE.contains(&n.dot(to_eye(**p)));
+    let grazing = |(p, n): &(&Vec3, &Vec3)| SILHOUETTE_COSINES.contains(&n.dot(to_eye(**p)));
     let all: Vec<(&Vec3, &Vec3)> = mesh.positions.iter().zip(&mesh.normals).filter(grazing).collect();
     let mut points = PointsBuf::default();
     let count = all.len().min(most);
-    if count >= LEAST_SILHOUETTES {
+    if count >= MIN_SILHOUETTES {
         for (p, n) in (0..count).map(|k| all[k * all.len() / count]) {
             points.push(*n, Frame::from_normal(n.as_dvec3()).t.as_vec3(), to_eye(*p), *p);
         }
@@ -202,4 +202,25 @@ fn shaded(shader: &dyn Shader, points: &PointsBuf, task: &Task) -> Result<Vec<[f
         shader.shade(&points.as_points(), &mut Radiance::of(&mut rgb), task)?;
     }
     Ok((0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]]).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steradian_scene::shapes;
+
+    #[test]
+    fn silhouettes_are_what_the_camera_grazes() {
+        let camera = Camera::Pinhole { from: 9.0 * Vec3::Z, at: Vec3::ZERO, up: Vec3::Y, fov_y: 0.5 };
+        let ball = silhouettes(&shapes::icosphere(5), &camera, MAX_SILHOUETTES);
+        assert_eq!(ball.len(), MAX_SILHOUETTES);
+        for i in 0..ball.len() {
+            let cosine: f32 = (0..3).map(|k| ball.n[k][i] * ball.wo[k][i]).sum();
+            assert!((80.0..89.1).contains(&cosine.acos().to_degrees()), "{cosine}");
+        }
+        // Of a box seen from the front: the sides face away.
+        let front = shapes::by_name("box").expect("a shape");
+        assert!(silhouettes(&front, &camera, MAX_SILHOUETTES).is_empty());
+        assert_eq!(silhouettes(&shapes::icosphere(5), &camera, MIN_SILHOUETTES).len(), MIN_SILHOUETTES);
+    }
 }
