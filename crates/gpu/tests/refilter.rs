@@ -439,7 +439,9 @@ fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
         if card.needs.sites || card.needs.view {
             continue;
         }
-        for spec in card.specimens {
+        // Reflectances of one technique share its chain or differ in the widths of their levels.
+        let every = if steradian_testkit::full() { 1 } else { (card.specimens.len() - 1).max(1) };
+        for spec in card.specimens.iter().step_by(every) {
             let mut baked = bake(card.slug, spec, &before)?.with_view(&view);
             let Some(tables) = baked.light_tables(false) else { break };
             let described = baked.gpu();

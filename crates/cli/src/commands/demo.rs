@@ -15,7 +15,7 @@ pub struct Options {
     #[arg(short, long, value_name = "OUT.png", default_value = "steradian-demo.png")]
     output: PathBuf,
     /// Width of each of its three panels in pixels
-    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u16).range(32..=2048))]
+    #[arg(long, value_name = "N", default_value_t = 510, value_parser = clap::value_parser!(u16).range(32..=2048))]
     size: u16,
 }
 

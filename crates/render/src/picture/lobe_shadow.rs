@@ -304,10 +304,12 @@ impl Shader for LobeShadow {
         Ok(())
     }
 
-    /// A step of an 8-bit display at mid-grey, in dark shadows relative to a quarter of the light; at least
-    /// one direction's share.
+    /// A hundredth of the unshadowed light, at least one direction's share. That is less than what the
+    /// directions err: of the demo's picture with the reference's 512 a sixth of the pixels are more than 1 % off
+    /// one with 4096, with every pixel computed as with a fifth of them. A hundredth of a quarter of the light
+    /// needs twice the points and errs as much.
     fn difference(&self) -> [f32; 2] {
-        [(0.5 / self.points.len() as f32).max(1e-2), 0.25]
+        [(0.5 / self.points.len() as f32).max(1e-2), 1.0]
     }
 }
 

@@ -1,19 +1,36 @@
 //! Radiance that costs far more than visibility, such as the reference's: shaded at some pixels of a surface
 //! where it changes slowly, and interpolated between.
 //!
-//! A square cell of 9 × 9 pixels is shaded at its corners and its centre. Where the corners' mean misses the
-//! centre by more than [`Seen::difference`], or the surface bends or ends within the cell, its quarters are
-//! tried; where they fail too, every pixel of theirs and of the cells around them is shaded.
+//! A square cell of pixels is shaded at nodes, from which the others follow by polynomials, and at a few more
+//! pixels, where these are tried ([`STEPS`]): where one misses by more than [`Seen::difference`], or the surface
+//! bends or ends within the cell, the next step is tried there; where all fail, every pixel of the cell and of
+//! those around it is shaded.
 
 use glam::Vec3;
 use steradian_base::Cancelled;
 use steradian_technique::PointsBuf;
 
-/// Sides of the cells in pixels, the larger first.
-const SIDES: [usize; 2] = [8, 4];
+/// How the pixels of a cell follow from some of them.
+struct Step {
+    /// Side of the cell, pixels.
+    side: usize,
+    /// Degree of the polynomial along each side, which has one node more.
+    degree: usize,
+    /// Pixels of the cell at which it is tried, from its corner.
+    tried: &'static [[usize; 2]],
+    /// The cosine of the largest angle between the normals of a cell.
+    bent: f32,
+}
 
-/// The cosine of the largest angle between the normals of a cell: 10°.
-const BENT: f32 = 0.985;
+/// The steps, in order. Of the demo's 147,000 pixels they shade 37,600, the linear ones alone 51,600, as close to the picture
+/// with all pixels shaded. Angles of 10° and 32°.
+const STEPS: [Step; 4] = [
+    Step { side: 8, degree: 1, tried: &[[4, 4]], bent: 0.985 },
+    // The next step needs its nodes and what it is tried at.
+    Step { side: 8, degree: 2, tried: &[[2, 2], [6, 2], [2, 6], [6, 6]], bent: 0.85 },
+    Step { side: 4, degree: 1, tried: &[[2, 2]], bent: 0.985 },
+    Step { side: 4, degree: 2, tried: &[[1, 3], [3, 1]], bent: 0.85 },
+];
 
 /// The points of one surface that a tile sees.
 pub struct Seen<'a> {
@@ -50,19 +67,27 @@ impl Cell {
         within(self.x, other.x) && within(self.y, other.y)
     }
 
-    fn corners(self, width: usize) -> [usize; 4] {
-        [0, 1, 2, 3].map(|k| self.y[k / 2] * width + self.x[k % 2])
+    fn side(self) -> [usize; 2] {
+        [self.x, self.y].map(|[a, b]| b - a)
     }
 
-    fn centre(self, width: usize) -> usize {
-        self.y[0].midpoint(self.y[1]) * width + self.x[0].midpoint(self.x[1])
+    /// Nodes of polynomials of a degree; at a tile's end cells are smaller, and have the corners alone.
+    fn nodes(self, degree: usize, width: usize) -> impl Iterator<Item = usize> {
+        let at = move |[a, b]: [usize; 2], k: usize| a + k * (b - a) / degree;
+        (0..=degree).flat_map(move |j| (0..=degree).map(move |i| at(self.y, j) * width + at(self.x, i)))
     }
 
-    /// Weights of the corners at a pixel.
-    fn weights(self, pixel: usize, width: usize) -> [f32; 4] {
+    /// Weights of the nodes at a pixel.
+    fn weights(self, degree: usize, pixel: usize, width: usize) -> impl Iterator<Item = f32> {
         let part = |[a, b]: [usize; 2], x: usize| if b > a { (x - a) as f32 / (b - a) as f32 } else { 0.0 };
         let (u, v) = (part(self.x, pixel % width), part(self.y, pixel / width));
-        [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v]
+        // Lagrange's polynomials of nodes at equal distances.
+        let along = move |t: f32| match degree {
+            1 => [1.0 - t, t, 0.0],
+            _ => [(2.0 * t - 1.0) * (t - 1.0), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)],
+        };
+        let (u, v) = (along(u), along(v));
+        (0..=degree).flat_map(move |j| (0..=degree).map(move |i| v[j] * u[i]))
     }
 }
 
@@ -76,25 +101,35 @@ impl Seen<'_> {
             Shaded { rgb: vec![None; self.points.len()], wanted: self.spare.iter().map(|s| !s).collect() };
         self.whole.iter().flatten().for_each(|p| shaded.wanted[*p as usize] = false);
         let width = self.size.0;
-        let mut good = Vec::new();
-        let mut open = self.cells(SIDES[0]);
-        for side in SIDES {
-            let even: Vec<bool> = open.iter().map(|c| self.is_even(*c)).collect();
-            for (cell, _) in open.iter().zip(&even).filter(|(_, even)| **even) {
-                self.want(&mut shaded, cell.corners(width).into_iter().chain([cell.centre(width)]));
+        // Cells that are interpolated; those that no step has done, and whether their pixels were tried.
+        let mut good: Vec<(Cell, usize)> = Vec::new();
+        let mut open: Vec<(Cell, bool)> = Vec::new();
+        for (k, step) in STEPS.iter().enumerate() {
+            let cells: Vec<Cell> = match k {
+                0 => self.cells(step.side),
+                _ if step.side == STEPS[k - 1].side => open.iter().map(|(c, _)| *c).collect(),
+                _ => {
+                    let within = |c: &Cell| open.iter().any(|(o, _)| o.holds(*c));
+                    self.cells(step.side).into_iter().filter(within).collect()
+                }
+            };
+            let even: Vec<bool> = cells.iter().map(|c| self.is_even(*c, step)).collect();
+            for (cell, _) in cells.iter().zip(&even).filter(|(_, even)| **even) {
+                self.want(&mut shaded, cell.nodes(step.degree, width).chain(self.tried(*cell, step)));
             }
             shaded.shade(self.points, &mut shade)?;
-            let (kept, failed): (Vec<_>, Vec<_>) =
-                open.iter().zip(even).partition(|(c, even)| *even && self.is_predicted(&shaded, **c));
-            good.extend(kept.into_iter().map(|(c, _)| *c));
-            open = failed.into_iter().map(|(c, _)| *c).collect();
-            if side != SIDES[SIDES.len() - 1] {
-                open =
-                    self.cells(side / 2).into_iter().filter(|c| open.iter().any(|o| o.holds(*c))).collect();
+            open.clear();
+            for (cell, even) in cells.into_iter().zip(even) {
+                match even && self.is_predicted(&shaded, cell, step) {
+                    true => good.push((cell, step.degree)),
+                    false => open.push((cell, even)),
+                }
             }
         }
-        for cell in &open {
-            self.want(&mut shaded, self.around(*cell).pixels(width));
+        for (cell, tried) in open {
+            // What radiance does there may reach further; an edge of the surface is seen by every pixel.
+            let reached = if tried { self.around(cell) } else { cell };
+            self.want(&mut shaded, reached.pixels(width));
         }
         shaded.shade(self.points, &mut shade)?;
         self.interpolate(&mut shaded, &good);
@@ -112,18 +147,28 @@ impl Seen<'_> {
 
     /// A cell with the smallest cells around it.
     fn around(&self, cell: Cell) -> Cell {
-        let more = SIDES[SIDES.len() - 1];
+        let more = STEPS[STEPS.len() - 1].side;
         let wider = |[a, b]: [usize; 2], n: usize| [a.saturating_sub(more), (b + more).min(n - 1)];
         Cell { x: wider(cell.x, self.size.0), y: wider(cell.y, self.size.1) }
     }
 
-    /// Is the whole cell one smooth piece of the surface?
-    fn is_even(&self, cell: Cell) -> bool {
+    /// Is the whole cell one smooth piece of the surface, and large enough for the step?
+    fn is_even(&self, cell: Cell, step: &Step) -> bool {
+        if step.degree > 1 && cell.side() != [step.side; 2] {
+            return false;
+        }
         let normal = |p: u32| Vec3::from_array([0, 1, 2].map(|k| self.points.n[k][p as usize]));
-        let Some(first) = self.whole[cell.centre(self.size.0)] else { return false };
+        let Some(first) = self.tried(cell, step).next().and_then(|i| self.whole[i]) else { return false };
         let (n, lights) = (normal(first), self.lights[first as usize]);
-        let like = |p: u32| normal(p).dot(n) > BENT && self.lights[p as usize] == lights;
+        let like = |p: u32| normal(p).dot(n) > step.bent && self.lights[p as usize] == lights;
         cell.pixels(self.size.0).all(|i| self.whole[i].is_some_and(like))
+    }
+
+    /// The pixels at which a step is tried.
+    fn tried(&self, cell: Cell, step: &Step) -> impl Iterator<Item = usize> {
+        let width = self.size.0;
+        let at = |[a, b]: [usize; 2], k: usize| if b - a == step.side { a + k } else { a.midpoint(b) };
+        step.tried.iter().map(move |[x, y]| at(cell.y, *y) * width + at(cell.x, *x))
     }
 
     fn want(&self, shaded: &mut Shaded, pixels: impl Iterator<Item = usize>) {
@@ -132,35 +177,35 @@ impl Seen<'_> {
         }
     }
 
-    /// Do the corners tell the centre?
-    fn is_predicted(&self, shaded: &Shaded, cell: Cell) -> bool {
-        let width = self.size.0;
-        let at = |i: usize| self.whole[i].and_then(|p| shaded.rgb[p as usize]);
-        let (Some(want), Some(got)) = (at(cell.centre(width)), self.mean(shaded, cell, cell.centre(width)))
-        else {
-            return false;
-        };
-        let largest = want.iter().fold(self.least, |m: f32, v| m.max(v.abs()));
-        (0..3).all(|c| (want[c] - got[c]).abs() <= self.difference * largest)
+    /// Do the nodes tell the pixels at which the step is tried?
+    fn is_predicted(&self, shaded: &Shaded, cell: Cell, step: &Step) -> bool {
+        self.tried(cell, step).all(|pixel| {
+            let want = self.whole[pixel].and_then(|p| shaded.rgb[p as usize]);
+            let (Some(want), Some(got)) = (want, self.mean(shaded, cell, step.degree, pixel)) else {
+                return false;
+            };
+            let largest = want.iter().fold(self.least, |m: f32, v| m.max(v.abs()));
+            (0..3).all(|c| (want[c] - got[c]).abs() <= self.difference * largest)
+        })
     }
 
-    /// The corners' weighted mean at a pixel.
-    fn mean(&self, shaded: &Shaded, cell: Cell, pixel: usize) -> Option<[f32; 3]> {
-        let weights = cell.weights(pixel, self.size.0);
+    /// The nodes' weighted mean at a pixel.
+    fn mean(&self, shaded: &Shaded, cell: Cell, degree: usize, pixel: usize) -> Option<[f32; 3]> {
+        let width = self.size.0;
         let mut sum = [0.0; 3];
-        for (corner, w) in cell.corners(self.size.0).into_iter().zip(weights) {
-            let v = shaded.rgb[self.whole[corner]? as usize]?;
+        for (node, w) in cell.nodes(degree, width).zip(cell.weights(degree, pixel, width)) {
+            let v = shaded.rgb[self.whole[node]? as usize]?;
             (0..3).for_each(|c| sum[c] += w * v[c]);
         }
         Some(sum)
     }
 
-    fn interpolate(&self, shaded: &mut Shaded, cells: &[Cell]) {
-        for cell in cells {
+    fn interpolate(&self, shaded: &mut Shaded, cells: &[(Cell, usize)]) {
+        for (cell, degree) in cells {
             for pixel in cell.pixels(self.size.0) {
                 let Some(p) = self.whole[pixel].map(|p| p as usize) else { continue };
                 if shaded.rgb[p].is_none() {
-                    shaded.rgb[p] = self.mean(shaded, *cell, pixel);
+                    shaded.rgb[p] = self.mean(shaded, *cell, *degree, pixel);
                 }
             }
         }
