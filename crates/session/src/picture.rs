@@ -1,6 +1,6 @@
 //! Pictures of scenes.
 
-use crate::{Error, Method, Outcome, Prepared, Renderer, Scene, Session};
+use crate::{Backend, Error, Method, Outcome, Prepared, Renderer, Scene, Session};
 use glam::{Quat, Vec3};
 use std::time::Instant;
 use steradian_render::scenefile::SceneBackground;
@@ -48,6 +48,13 @@ impl Session {
         scene: &Scene,
         renderer: Option<Renderer>,
     ) -> Result<Outcome<Picture>, Error> {
+        self.on_ground = stands(scene, self.backend, renderer.as_ref());
+        let outcome = self.rendered(scene, renderer);
+        self.on_ground = false;
+        outcome
+    }
+
+    fn rendered(&mut self, scene: &Scene, renderer: Option<Renderer>) -> Result<Outcome<Picture>, Error> {
         let camera = scene.camera_or_framed()?;
         let scene = &*scene.staged(&camera, &scene.sited(), &self.task)?;
         let mean = self.in_mean_light(scene)?;
@@ -73,6 +80,19 @@ impl Session {
     /// from the camera's own position; all have the exposure of the first. `each` is called with each picture
     /// and its number from 0.
     pub fn orbit(
+        &mut self,
+        scene: &Scene,
+        frames: usize,
+        renderer: Option<Renderer>,
+        each: impl FnMut(&mut Self, usize, &mut Picture) -> Result<(), Error>,
+    ) -> Result<Outcome<Option<Picture>>, Error> {
+        self.on_ground = stands(scene, self.backend, renderer.as_ref());
+        let outcome = self.orbited(scene, frames, renderer, each);
+        self.on_ground = false;
+        outcome
+    }
+
+    fn orbited(
         &mut self,
         scene: &Scene,
         frames: usize,
@@ -154,6 +174,13 @@ impl Session {
     }
 }
 
+/// Does the picture show an object on its ground, on which its shadow falls? Not in light that varies over
+/// space, nor where a GPU is to render it, which has no rays over the lobe.
+fn stands(scene: &Scene, backend: Backend, renderer: Option<&Renderer>) -> bool {
+    let by_cpu = backend != Backend::Gpu && renderer.is_none_or(|r| r.name() == Renderer::Cpu.name());
+    scene.ground.is_some() && scene.probes.is_none() && by_cpu
+}
+
 /// Does the path tracer shade the scene?
 fn by_paths(scene: &Scene) -> Result<bool, Error> {
     let path = |m: &crate::Material| matches!(m.method, Some(Method::Path));
@@ -211,6 +238,7 @@ pub(crate) fn footprint(camera: &Camera, height: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Adjust, Material, Shadows};
 
     #[test]
     fn cameras_turn_about_what_they_look_at() {
@@ -220,5 +248,42 @@ mod tests {
             panic!("a pinhole")
         };
         assert!(from.distance(Vec3::new(3.0, 1.0, 1.0)) < 1e-5, "{from}");
+    }
+
+    /// Without a word about shadows it is dark under an object, but in the open as bright as without any; a
+    /// technique that knows shadows keeps its own.
+    #[test]
+    fn an_object_shadows_its_ground() {
+        let mut session = Session::new();
+        let material = |session: &mut Session, slug: &str| {
+            let brdf = session.brdf("lambert:albedo=0.5").expect("a spec");
+            Material { method: Some(Method::find(slug).expect("a technique")), ..Material::new(brdf) }
+        };
+        let mut picture = |shadows: Shadows, slugs: [&str; 2], grounded: bool| {
+            session.shadows = shadows;
+            let [object, ground] = slugs.map(|slug| material(&mut session, slug));
+            let lights = session.light("overcast", &Adjust::default()).expect("a sky");
+            let mesh = session.mesh("icosphere").expect("a shape");
+            let scene = Scene {
+                settings: Settings::new(24, 24),
+                ground: grounded.then_some(ground),
+                ..Scene::new(mesh, vec![object], lights)
+            };
+            session.render(&scene).expect("a picture").even_if_missed().0
+        };
+        let plain = ["diffuse_map"; 2];
+        let (with, without) = (picture(Shadows::Auto, plain, true), picture(Shadows::Off, plain, true));
+        let share = |a: &Picture, k: usize| a.film.rgb[1][k] / without.film.rgb[1][k];
+        let least = (0..24 * 24).map(|k| share(&with, k)).fold(1.0, f32::min);
+        assert!(least < 0.2 && share(&with, 23 * 24) > 0.8, "{least} {}", share(&with, 23 * 24));
+        assert!(with.materials.iter().all(|m| m.lobe));
+        // In the open, and what knows shadows.
+        assert!(!picture(Shadows::Auto, plain, false).materials[0].lobe);
+        let mixed = picture(Shadows::Auto, ["diffuse_map", "ambient"], true);
+        assert_eq!(mixed.materials.iter().map(|m| m.lobe).collect::<Vec<_>>(), [true, false]);
+        // The reference is as dark, with other directions.
+        let exact = picture(Shadows::Auto, ["reference"; 2], true);
+        let off = (0..24 * 24).map(|k| (share(&exact, k) - share(&with, k)).abs()).fold(0.0, f32::max);
+        assert!(off < 0.15, "{off}");
     }
 }

@@ -43,6 +43,8 @@ struct Group {
     lights: Vec<u64>,
     /// For each point the first one of its pixel that is equal except for these lights, or itself.
     twins: Vec<u32>,
+    /// For each point the first one of its pixel that is shadowed as it is, or itself.
+    shadows: Vec<u32>,
     /// Sample and point.
     pairs: Vec<(u32, u32)>,
 }
@@ -222,12 +224,18 @@ impl Job<'_> {
         let twin = self.shared.iter().find(like).map(|s| s.point);
         let point = match self.shared.iter().filter(like).find(|s| s.lights == f.lights) {
             Some(s) => s.point,
-            None => self.new_point(&f, area, twin),
+            None => {
+                // Texels and bumps within a pixel see much the same: their shadows are one.
+                let beside =
+                    |s: &&Shared| s.surface == f.surface && !creased(s.n, f.n) && s.lights == f.lights;
+                let shadow = self.shared.iter().find(beside).map(|s| s.point);
+                self.new_point(&f, area, twin, shadow)
+            }
         };
         self.groups[f.surface].pairs.push((sample, point));
     }
 
-    fn new_point(&mut self, f: &Found, area: f32, twin: Option<u32>) -> u32 {
+    fn new_point(&mut self, f: &Found, area: f32, twin: Option<u32>, shadow: Option<u32>) -> u32 {
         let root = if self.settings.points { 0.0 } else { area.sqrt() };
         // Isotropic footprint: the geometric mean of the foreshortened and the plain side.
         let length = self.spacing(f.t) * root / f.ng.dot(f.wo).max(0.05).sqrt();
@@ -244,6 +252,7 @@ impl Job<'_> {
         }
         group.lights.push(f.lights);
         group.twins.push(twin.unwrap_or(point));
+        group.shadows.push(shadow.unwrap_or(point));
         group.points.locate(f.uv, f.corners, f.weights);
         group.points.chart(PointChart {
             n: f.n.to_array(),
@@ -264,11 +273,11 @@ impl Job<'_> {
         for (group, surface) in self.groups.iter().zip(self.stage.surfaces) {
             let even = self.settings.share && self.settings.interpolate && surface.is_smooth();
             let size = (self.width, self.height);
-            let radiance = |shader: &dyn Shader, lit: &dyn Fn(u32) -> u32, lights: &[u64]| {
-                if !even {
-                    return shade(shader, &group.points, task);
-                }
-                let (points, whole) = (&group.points, &self.whole(group, lit));
+            let all = |shader: &dyn Shader| shade(shader, &group.points, task);
+            // Of points that represent others or are nodes of an interpolation: their places alone.
+            let some = |shader: &dyn Shader, lit: &dyn Fn(u32) -> u32, lights: &[u64]| {
+                let points = &group.points;
+                let whole = &if even { self.whole(group, lit) } else { vec![None; self.width * self.height] };
                 let spare: Vec<bool> = (0..points.len() as u32).map(|p| lit(p) != p).collect();
                 let [difference, least] = shader.difference();
                 let seen = Seen { size, points, whole, spare: &spare, lights, difference, least };
@@ -281,12 +290,16 @@ impl Job<'_> {
             let mut rgb = match surface.shader.factors() {
                 Some([open, share]) => {
                     // The first factor has no shadows.
-                    let mut rgb = radiance(open, &|p| group.twins[p as usize], &vec![0; group.points.len()])?;
-                    let share = radiance(share, &|p| p, &group.lights)?;
+                    let mut rgb = match even {
+                        true => some(open, &|p| group.twins[p as usize], &vec![0; group.points.len()])?,
+                        false => all(open)?,
+                    };
+                    let share = some(share, &|p| group.shadows[p as usize], &group.lights)?;
                     rgb.iter_mut().flatten().zip(share.iter().flatten()).for_each(|(v, s)| *v *= s);
                     rgb
                 }
-                None => radiance(&*surface.shader, &|p| p, &group.lights)?,
+                None if even => some(&*surface.shader, &|p| p, &group.lights)?,
+                None => all(&*surface.shader)?,
             };
             for (plane, c) in rgb.iter_mut().zip(0..3) {
                 plane.iter_mut().zip(&group.tint).for_each(|(v, t)| *v *= t[c]);

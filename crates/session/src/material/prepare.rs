@@ -87,7 +87,7 @@ impl Session {
         bumpy.maps.normal = bumpy.maps.normal.or_else(|| bumps.clone());
         let material = &bumpy;
         let (bake, direct, lights) = match method {
-            Method::Reference if self.shadows == Shadows::Lobe => {
+            Method::Reference if self.lobe_shadows() => {
                 let open = reference(material, under, task)?;
                 let share = self.share(material, under.lights, Arc::new(Bvh::build(&under.scene.mesh)), true);
                 let shader = Arc::new(LobeShadowShader::new(open.surface.shader.clone(), share));
@@ -108,7 +108,10 @@ impl Session {
                 (bake, Direct::default(), LocalLights::default())
             }
         };
-        let lobe = self.shadows == Shadows::Lobe;
+        let mut lobe = self.lobe_shadows();
+        if let (Method::Technique(t), Shadows::Auto) = (method, self.shadows) {
+            lobe &= !t.self_shadowing(&material.params) && lights.is_empty();
+        }
         let shadows = match method {
             Method::Technique(t) if lobe && t.self_shadowing(&material.params) => {
                 let why = "knows shadows itself; leave `shadows` out, or give ray";
@@ -118,8 +121,9 @@ impl Session {
                 return Err(Error::usage("`shadows` lobe: not beside `local`; give `shadows` ray"));
             }
             Method::Technique(t)
-                if self.shadows.under(*t, &material.params)
-                    && (lobe || !(direct.is_empty() && lights.is_empty())) =>
+                if lobe
+                    || self.shadows.under(*t, &material.params)
+                        && !(direct.is_empty() && lights.is_empty()) =>
             {
                 Some(self.shadows.blocker(&under.scene.mesh, &direct, &lights, task.max_memory())?)
             }
@@ -227,6 +231,11 @@ impl Session {
             _ => Ok(p),
         };
         materials.into_iter().map(again).collect()
+    }
+
+    /// Do rays over the lobe shadow all light, where a technique allows it?
+    fn lobe_shadows(&self) -> bool {
+        self.shadows == Shadows::Lobe || self.on_ground && self.shadows == Shadows::Auto
     }
 
     /// The share of all of `lights` that arrives where `bvh` blocks it.

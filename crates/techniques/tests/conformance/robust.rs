@@ -190,8 +190,8 @@ fn saved_and_loaded_it_shades_the_same_bits() {
             assert_eq!(loaded.certificate(), b.certificate());
             assert_eq!(loaded.params(), b.params());
             assert_eq!(loaded.bytes(), b.bytes());
-            // A loaded bake still takes another material, whatever its own was. Its error is measured again, so that all
-            // specimens would take as long as the rest of the test.
+            // A loaded bake still takes another material, whatever its own was. Its error is measured again,
+            // so that all specimens would take as long as the rest of the test.
             if *spec == t.card().specimens[0] {
                 loaded = loaded.with_material(&material(spec), &Task::quiet()).expect("its own specimen");
                 assert_eq!(shade(&*loaded, &points), shade(b, &points), "{}: {spec}", t.card().slug);
