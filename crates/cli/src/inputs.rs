@@ -197,7 +197,7 @@ impl PathArgs {
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct ShadowArg {
     /// What shadows suns, points and other lights beside a technique's data: ray, none, or auto (ray under
-    /// techniques that know shadows; render has lobe under others where there is a ground); map,
+    /// techniques that know shadows; in render, lobe on a ground that another one shades); map,
     /// map:size=1024,taps=3 (shadow maps) or volume (shadow volumes); lobe: as ray, and the environment by
     /// rays over the reflectance's lobe, under the reference too, on the CPU [default: auto]
     #[arg(long, value_name = "HOW", value_parser = shadows)]

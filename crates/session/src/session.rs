@@ -39,9 +39,8 @@ pub enum GpuPath {
 /// Shadowing of the lights that are shaded in addition to a technique's data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shadows {
-    /// Rays under techniques with self-shadowing, none under all other ones; in pictures of a scene with a
-    /// ground by the CPU, as [`Shadows::Lobe`] under these and the reference, but not beside techniques of
-    /// local light.
+    /// Rays under techniques with self-shadowing, none under all other ones; but the ground of a scene is
+    /// shaded as with [`Shadows::Lobe`] in pictures by the CPU, where its technique allows that.
     #[default]
     Auto,
     /// Nothing.
@@ -130,8 +129,6 @@ pub struct Session {
     /// Under [`Shadows::Lobe`]: shadow data shared by all pictures from now on, which show one scene in one
     /// light. Techniques then have the reference's visibility.
     pub(crate) common_shadows: Option<Arc<crate::material::CommonShadows>>,
-    /// Does [`Shadows::Auto`] shadow all light, as in pictures of an object on its ground?
-    pub(crate) on_ground: bool,
     provenance: Provenance,
     notes: Vec<(String, String)>,
     listener: Option<Listener>,
@@ -167,7 +164,6 @@ impl Session {
             paths: Paths::default(),
             shadows: Shadows::default(),
             common_shadows: None,
-            on_ground: false,
             provenance: Provenance::new([]),
             notes: Vec::new(),
             listener: None,

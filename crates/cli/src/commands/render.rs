@@ -116,10 +116,11 @@ pub struct Options {
     /// Position of the camera, metres [default: framed]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     pub from: Option<[f64; 3]>,
-    /// A plane of this reflectance under the mesh, as far as the horizon. They shadow one another, but on a
-    /// GPU under techniques that know shadows alone, and with --shadows ray from suns and lamps alone; path
-    /// also reflects light from one onto the other. --technique shades it too where it takes its reflectance;
-    /// else one is chosen [default of the SPEC: lambert:albedo=0.4]
+    /// A plane of this reflectance under the mesh, as far as the horizon, with the mesh's shadow where the
+    /// CPU renders it. They shadow one another with --shadows lobe (with ray from suns and lamps alone),
+    /// under techniques that know shadows, and under path, which also reflects light from one onto the other.
+    /// --technique shades it too where it takes its reflectance; else one is chosen [default of the SPEC:
+    /// lambert:albedo=0.4]
     #[arg(long, value_name = "SPEC", num_args = 0..=1, require_equals = true, default_missing_value = "lambert:albedo=0.4")]
     pub ground: Option<String>,
     /// Technique of the ground, with its parameters, such as prt_diffuse:precision=0.05, which knows the

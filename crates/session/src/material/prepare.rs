@@ -87,7 +87,7 @@ impl Session {
         bumpy.maps.normal = bumpy.maps.normal.or_else(|| bumps.clone());
         let material = &bumpy;
         let (bake, direct, lights) = match method {
-            Method::Reference if self.lobe_shadows() => {
+            Method::Reference if self.shadows == Shadows::Lobe => {
                 let open = reference(material, under, task)?;
                 let share = self.share(material, under.lights, Arc::new(Bvh::build(&under.scene.mesh)), true);
                 let shader = Arc::new(LobeShadowShader::new(open.surface.shader.clone(), share));
@@ -108,10 +108,7 @@ impl Session {
                 (bake, Direct::default(), LocalLights::default())
             }
         };
-        let mut lobe = self.lobe_shadows();
-        if let (Method::Technique(t), Shadows::Auto) = (method, self.shadows) {
-            lobe &= !t.self_shadowing(&material.params) && lights.is_empty();
-        }
+        let lobe = self.shadows == Shadows::Lobe;
         let shadows = match method {
             Method::Technique(t) if lobe && t.self_shadowing(&material.params) => {
                 let why = "knows shadows itself; leave `shadows` out, or give ray";
@@ -121,9 +118,8 @@ impl Session {
                 return Err(Error::usage("`shadows` lobe: not beside `local`; give `shadows` ray"));
             }
             Method::Technique(t)
-                if lobe
-                    || self.shadows.under(*t, &material.params)
-                        && !(direct.is_empty() && lights.is_empty()) =>
+                if self.shadows.under(*t, &material.params)
+                    && (lobe || !(direct.is_empty() && lights.is_empty())) =>
             {
                 Some(self.shadows.blocker(&under.scene.mesh, &direct, &lights, task.max_memory())?)
             }
@@ -233,9 +229,20 @@ impl Session {
         materials.into_iter().map(again).collect()
     }
 
-    /// Do rays over the lobe shadow all light, where a technique allows it?
-    fn lobe_shadows(&self) -> bool {
-        self.shadows == Shadows::Lobe || self.on_ground && self.shadows == Shadows::Auto
+    /// Shadows all of `lights` on a prepared material as [`Shadows::Lobe`] does, where its technique knows no
+    /// shadows itself and nothing else gives it lights of its own.
+    pub(crate) fn shadow(&self, p: &mut Prepared, lights: &Lights, bvh: &Arc<Bvh>) {
+        let without = match &p.method {
+            Method::Technique(t) => !t.self_shadowing(&p.material.params) && p.material.local.is_none(),
+            Method::Reference => true,
+            _ => false,
+        };
+        if without && !p.lobe {
+            let exact = matches!(p.method, Method::Reference);
+            let share = self.share(&p.material, lights, bvh.clone(), exact);
+            p.surface.shader = Arc::new(LobeShadowShader::new(p.surface.shader.clone(), share));
+            (p.shadowed, p.lobe) = (true, true);
+        }
     }
 
     /// The share of all of `lights` that arrives where `bvh` blocks it.
