@@ -207,7 +207,7 @@ impl LobeShadow {
             if n.dot(wo) <= 0.0 {
                 continue;
             }
-            // Tangents may turn from triangle to triangle, and with them the directions: noise.
+            // Tangents may turn from triangle to triangle, and with them the directions.
             let frame = match q.t[0].is_empty() || self.brdf.is_isotropic() {
                 true => Frame::from_normal(n),
                 false => Frame::from_normal_tangent(n, at(&q.t, i)),

@@ -88,15 +88,9 @@ impl Session {
         let material = &bumpy;
         let (bake, direct, lights) = match method {
             Method::Reference if self.shadows == Shadows::Lobe => {
-                let open = reference(material, under, task)?;
-                let share = self.share(material, under.lights, Arc::new(Bvh::build(&under.scene.mesh)), true);
-                let shader = Arc::new(LobeShadowShader::new(open.surface.shader.clone(), share));
-                return Ok(Prepared {
-                    surface: surface(material, shader),
-                    shadowed: true,
-                    lobe: true,
-                    ..open
-                });
+                let mut exact = reference(material, under, task)?;
+                self.shadow(&mut exact, under.lights, &Arc::new(Bvh::build(&under.scene.mesh)));
+                return Ok(exact);
             }
             Method::Reference => return reference(material, under, task),
             Method::Path => return Err(Error::usage("path shades all materials of a scene, or none")),

@@ -9,10 +9,13 @@ use steradian_sphere::Frame;
 const SECTORS: usize = 64;
 /// Least radius of the plane, in radii of the object.
 const LEAST: f32 = 64.0;
+/// Gap between the object and the plane, in radii of the object: a plate that belongs to a mesh would lie in
+/// the plane, and pixels show either by chance.
+const BELOW: f32 = 1e-4;
 /// Gap between the plane's edge and the horizon, in pixels.
 const GAP: f32 = 0.25;
 
-/// The plane across the camera's up direction that touches the lowest point of `mesh`, in rings of doubling
+/// The plane across the camera's up direction just below the lowest point of `mesh`, in rings of doubling
 /// radius. It reaches so far that its end lies within a part of a pixel of the horizon of a picture of `rows`
 /// rows. Texture coordinates are metres.
 pub(crate) fn under(mesh: &Mesh, camera: &Camera, rows: usize) -> Mesh {
@@ -21,7 +24,7 @@ pub(crate) fn under(mesh: &Mesh, camera: &Camera, rows: usize) -> Mesh {
     let (low, high) = mesh.bounds().unwrap_or_default();
     let radius = (0.5 * (high - low).length()).max(1e-6);
     let lowest = mesh.positions.iter().map(|p| p.dot(up)).fold(f32::INFINITY, f32::min);
-    let lowest = if lowest.is_finite() { lowest } else { 0.0 };
+    let lowest = if lowest.is_finite() { lowest - BELOW * radius } else { 0.0 };
     let middle = 0.5 * (low + high);
     let centre = middle + up * (lowest - middle.dot(up));
     let eye = (from.dot(up) - lowest).max(0.0);
@@ -75,7 +78,9 @@ mod tests {
             let camera = Camera::Pinhole { from, at: Vec3::ZERO, up, fov_y: 0.6 };
             let plane = under(&mesh, &camera, 256);
             let lowest = mesh.positions.iter().map(|p| p.dot(up)).fold(f32::INFINITY, f32::min);
-            assert!(plane.positions.iter().all(|p| (p.dot(up) - lowest).abs() < 1e-5 * p.length().max(1.0)));
+            let (low, high) = mesh.bounds().expect("a mesh");
+            let level = lowest - 0.5 * BELOW * (high - low).length();
+            assert!(plane.positions.iter().all(|p| (p.dot(up) - level).abs() < 1e-5 * p.length().max(1.0)));
             for t in &plane.triangles {
                 let [a, b, c] = t.map(|i| plane.positions[i as usize]);
                 assert!((b - a).cross(c - a).dot(up) > 0.0, "faces up");
