@@ -238,6 +238,10 @@ impl Brdf for Lobes {
         self.fit.f_cos(wi, wo)
     }
 
+    fn f_cos_batch(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
+        self.fit.f_cos_batch(wi, wo, out);
+    }
+
     fn domain(&self) -> Domain {
         Domain::Sphere
     }

@@ -102,12 +102,16 @@ impl Rule {
         let mut out =
             Projection { c: std::array::from_fn(|_| vec![0.0; count(self.order)]), energy: [0.0; 3] };
         let mut ring: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; terms]);
+        let (mut wi, mut values) = (vec![DVec3::ZERO; across.len()], vec![[0.0; 3]; across.len()]);
         let mut row = Vec::new();
         for [theta, w] in thetas {
             let (st, ct) = theta.sin_cos();
             ring.iter_mut().for_each(|r| r.fill(0.0));
-            for ((d, wp), wave) in across.iter().zip(waves.chunks_exact(terms)) {
-                let f = brdf.f_cos(plan.frame.z_axis * ct + *d * st, wo);
+            for (wi, (d, _)) in wi.iter_mut().zip(&across) {
+                *wi = plan.frame.z_axis * ct + *d * st;
+            }
+            brdf.f_cos_batch(&wi, wo, &mut values);
+            for ((f, (_, wp)), wave) in values.iter().zip(&across).zip(waves.chunks_exact(terms)) {
                 for c in 0..3 {
                     let f = w * st * f[c];
                     out.energy[c] += if f == 0.0 { 0.0 } else { wp * f * f / (w * st) };

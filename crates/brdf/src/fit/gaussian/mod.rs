@@ -354,19 +354,31 @@ impl GaussianFit {
 
     /// The fit as a reflectance: ρ_d/π n·wi above the horizon and the lobes over the whole sphere.
     pub fn f_cos(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        let mut out = [[0.0; 3]];
+        self.f_cos_batch(&[wi], wo, &mut out);
+        out[0]
+    }
+
+    /// [`Self::f_cos`] for many directions to the light, into `out`; the lobes of the view are interpolated
+    /// once.
+    pub fn f_cos_batch(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
         if wo.z <= 0.0 {
-            return [0.0; 3];
+            out.fill([0.0; 3]);
+            return;
         }
-        let mut sum = self.diffuse.map(|d| d / PI * wi.z.max(0.0));
         let sine = wo.x.hypot(wo.y);
         let (x, y) = if sine > 0.0 { (wo.x / sine, wo.y / sine) } else { (1.0, 0.0) };
-        let d = DVec3::new(wi.x * x + wi.y * y, wi.y * x - wi.x * y, wi.z);
         let view = view_of(wo);
-        for lobe in &self.at(view)[..self.lobes()] {
-            let g = lobe.swept(view[0]).value(d);
-            (0..3).for_each(|c| sum[c] += lobe.weight[c] * g);
+        for (sum, wi) in out.iter_mut().zip(wi) {
+            *sum = self.diffuse.map(|d| d / PI * wi.z.max(0.0));
         }
-        sum
+        for lobe in &self.at(view)[..self.lobes()] {
+            let swept = lobe.swept(view[0]);
+            for (sum, wi) in out.iter_mut().zip(wi) {
+                let g = swept.value(DVec3::new(wi.x * x + wi.y * y, wi.y * x - wi.x * y, wi.z));
+                (0..3).for_each(|c| sum[c] += lobe.weight[c] * g);
+            }
+        }
     }
 
     /// Errors of the fit against `brdf` at any view (polar angle and azimuth), as [`GaussianFit::report`] has
