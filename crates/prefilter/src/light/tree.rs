@@ -17,17 +17,37 @@ use steradian_sphere::SphereImage;
 const TOGETHER: usize = 128;
 /// Most times that a texel is quartered.
 const DEEPEST: usize = 12;
+/// Most columns of divided images whose angles are kept, half a megabyte. Computed for each part they took 6
+/// % of the techniques' conformance suite, most of whose lights are small.
+const KEPT_COLUMNS: usize = 8192;
 
 /// A lat-long image and its hierarchy.
 pub struct Tree {
     width: usize,
     height: usize,
     planes: [Vec<f32>; 3],
-    columns: Vec<[f64; 2]>,
-    /// sin θ, cos θ, solid angle and radius of each row's texels.
-    rows: Vec<[f64; 4]>,
+    /// Of the image, and with its texels divided into 2 × 2, 4 × 4 … up to [`KEPT_COLUMNS`].
+    divided: Vec<Divided>,
     levels: Vec<Level>,
     small_lights: Vec<SmallLight>,
+}
+
+/// The image with its texels divided into n × n.
+struct Divided {
+    /// [`azimuth`] of each column.
+    columns: Vec<[f64; 2]>,
+    /// [`row`] of each row.
+    rows: Vec<[f64; 4]>,
+}
+
+impl Divided {
+    fn new(width: usize, height: usize, n: usize) -> Self {
+        let column = |i: usize| azimuth((i as f64 + 0.5) / n as f64, width);
+        Self {
+            columns: (0..width * n).map(column).collect(),
+            rows: (0..height * n).map(|j| row(j, width, height, n)).collect(),
+        }
+    }
 }
 
 struct Level {
@@ -69,13 +89,13 @@ impl Tree {
         let black = SphereImage::new(steradian_sphere::Layout::LatLong, 2, 1);
         let image = image.unwrap_or(&black);
         let (width, height) = (image.width, image.height);
-        let columns = (0..width).map(|i| azimuth(i as f64 + 0.5, width)).collect();
+        let kept = |d: &usize| *d == 0 || width << d <= KEPT_COLUMNS;
+        let divided = (0..=DEEPEST).take_while(kept).map(|d| Divided::new(width, height, 1 << d)).collect();
         let mut tree = Self {
             width,
             height,
             planes: image.planes.clone(),
-            columns,
-            rows: (0..height).map(|j| row(j, width, height, 1)).collect(),
+            divided,
             levels: Vec::new(),
             small_lights: small_lights.to_vec(),
         };
@@ -101,7 +121,7 @@ impl Tree {
             let l = &self.levels[k - 1];
             return l.nodes[j * l.width + i];
         }
-        let ([s, c, omega, radius], [cos, sin]) = (self.rows[j], self.columns[i]);
+        let ([s, c, omega, radius], [cos, sin]) = (self.divided[0].rows[j], self.divided[0].columns[i]);
         let k = j * self.width + i;
         Node {
             flux: self.flux(k, omega),
@@ -120,11 +140,14 @@ impl Tree {
         if k == 0 { (self.width, self.height) } else { (self.levels[k - 1].width, self.levels[k - 1].height) }
     }
 
-    /// Part (i, j) of the image with its texels divided into n × n.
-    fn part(&self, i: usize, j: usize, n: usize) -> Node {
-        let [s, c, omega, radius] = row(j, self.width, self.height, n);
-        let k = j / n * self.width + i / n;
-        let [cos, sin] = azimuth((i as f64 + 0.5) / n as f64, self.width);
+    /// Part (i, j) of the image with its texels quartered `depth` times.
+    fn part(&self, depth: usize, i: usize, j: usize) -> Node {
+        let n = 1 << depth;
+        let ([s, c, omega, radius], [cos, sin]) = match self.divided.get(depth) {
+            Some(d) => (d.rows[j], d.columns[i]),
+            None => (row(j, self.width, self.height, n), azimuth((i as f64 + 0.5) / n as f64, self.width)),
+        };
+        let k = (j >> depth) * self.width + (i >> depth);
         Node {
             flux: self.flux(k, omega),
             centre: DVec3::new(s * cos, c, s * sin).as_vec3(),
@@ -277,7 +300,7 @@ impl Tree {
             stack.push((1, 2 * i + q % 2, 2 * j + q / 2));
         }
         while let Some((depth, i, j)) = stack.pop() {
-            let part = self.part(i, j, 1 << depth);
+            let part = self.part(depth, i, j);
             let (centre, radius) = (unit(part.centre), f64::from(part.radius));
             let s = scale(centre, radius);
             if s.is_infinite() {
