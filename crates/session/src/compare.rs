@@ -31,6 +31,8 @@ pub struct Plan {
     pub paths: bool,
     /// Exposure value on top of the automatic one.
     pub ev: f32,
+    /// Are errors over all views measured too, beside those of the pictures?
+    pub certificates: bool,
 }
 
 /// Limits of the reference at each point: the relative error, as the reference estimates it, and a number of
@@ -314,7 +316,8 @@ impl Session {
                 difference: Some(difference),
                 picture,
                 flip_to_cpu,
-                certificate: worst(prepared),
+                // That of a draft states an infinite error.
+                certificate: worst(prepared).filter(|c| c.error.is_finite()),
                 bake_seconds: prepared.iter().map(|p| p.seconds).sum(),
                 shade_seconds,
                 bytes: prepared.iter().map(|p| p.bytes).sum(),
@@ -345,7 +348,10 @@ impl Session {
                 scene: case.scene,
                 sites: &Sited::ALL,
             };
-            let prepared = self.prepare(&m, method, under, &self.task)?;
+            let mut prepared = self.draft(&m, method, under, &self.task)?;
+            if plan.certificates {
+                prepared.certify(under, &self.task)?;
+            }
             self.tell_left_out(&prepared);
             Ok::<_, Error>(prepared)
         };

@@ -37,7 +37,8 @@ impl Session {
         let scene = scene(width, self)?;
         let methods: Vec<Method> =
             TECHNIQUES.iter().map(|(slug, _)| Method::find(slug)).collect::<Result<_, _>>()?;
-        let plan = Plan { reference_tolerance: TOLERANCE, paths: false, ev: 0.0 };
+        // What the panels state are errors of the pictures.
+        let plan = Plan { reference_tolerance: TOLERANCE, paths: false, ev: 0.0, certificates: false };
         let shadows = std::mem::replace(&mut self.shadows, Shadows::Lobe);
         self.common_shadows = Some(Arc::default());
         let answers = self.compared(&scene, &methods, &[Renderer::Cpu], &plan);
@@ -118,7 +119,7 @@ mod tests {
         let scene = scene(96, &mut session).expect("the demo's scene");
         let case = session.subject(&scene, scene.camera.expect("given")).expect("a subject");
         let [rough, fine] = [TOLERANCE, 1e-4].map(|reference_tolerance| {
-            let plan = Plan { reference_tolerance, paths: false, ev: 0.0 };
+            let plan = Plan { reference_tolerance, paths: false, ev: 0.0, certificates: false };
             session.true_picture(&case, &plan).expect("a picture").0.film
         });
         let mut worst = 0.0_f32;

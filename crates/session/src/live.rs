@@ -496,7 +496,7 @@ mod tests {
         let mut session = Session::new();
         let scene = scene(&mut session, FIRST, "studio");
         let live = session.live(&scene, names("studio"), None).expect("bakes");
-        let plan = Plan { reference_tolerance: 0.01, paths: false, ev: 0.0 };
+        let plan = Plan { reference_tolerance: 0.01, paths: false, ev: 0.0, certificates: false };
         let method = Method::find("split_sum").expect("registered");
         let answers = session.compared(&scene, &[method], &[Renderer::Cpu], &plan).expect("compares");
         let (want, flip) = answers[1].rendering().and_then(|r| r.errors).expect("numbers");

@@ -124,7 +124,7 @@ pub fn run() -> Result<[f64; 2], Error> {
     let mut scene = Scene::of("sphere", Some("lambert:albedo=0.6"), "sky:elevation=30", &mut session)?;
     (scene.settings.width, scene.settings.height) = (48, 48);
     let methods = [Method::Technique(&TWO_BANDS), Method::find("sh_irradiance")?];
-    let plan = Plan { reference_tolerance: 1e-2, paths: false, ev: 0.0 };
+    let plan = Plan { reference_tolerance: 1e-2, paths: false, ev: 0.0, certificates: true };
     let answers = session.compare(&scene, &methods, &[Renderer::Cpu], &plan)?.met()?;
     let error = |i: usize| {
         let rendering = answers[i].rendering().and_then(|r| r.errors.as_ref());

@@ -155,7 +155,7 @@ fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> 
         sweep: o.sweep.clone(),
         probes: o.probes.clone(),
         size: o.size.into(),
-        plan: Plan { reference_tolerance: o.reference_tolerance, paths: o.path, ev: 0.0 },
+        plan: Plan { reference_tolerance: o.reference_tolerance, paths: o.path, ev: 0.0, certificates: true },
         tolerance: o.tolerance,
         tone_mapper: o.tone_mapper.unwrap_or_default(),
         results: o.resume.clone(),

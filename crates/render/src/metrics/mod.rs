@@ -38,9 +38,15 @@ const DARK: f64 = 1e-3;
 /// Errors of `a` against the reference `b` over the pixels where `mask` holds. The films should have one
 /// size; pixels that one of them lacks are skipped.
 pub fn errors(a: &Film, b: &Film, mask: impl Fn(usize) -> bool) -> Errors {
-    let (mut d2, mut b2, mut rel, mut max, mut peak, mut pixels) = (0.0, 0.0, 0.0, 0.0f64, 0.0f64, 0usize);
-    for i in (0..a.len().min(b.len())).filter(|&i| mask(i)) {
-        pixels += 1;
+    let counted: Vec<usize> = (0..a.len().min(b.len())).filter(|i| mask(*i)).collect();
+    errors_over(a, b, &counted)
+}
+
+/// [`errors`] over these pixels. (Not generic: it would be compiled with its callers, which are not
+/// optimised.)
+fn errors_over(a: &Film, b: &Film, counted: &[usize]) -> Errors {
+    let (mut d2, mut b2, mut rel, mut max, mut peak) = (0.0, 0.0, 0.0, 0.0f64, 0.0f64);
+    for &i in counted {
         for (x, y) in a.pixel(i).into_iter().zip(b.pixel(i)) {
             let (x, y) = (f64::from(x), f64::from(y));
             let d = (x - y) * (x - y);
@@ -51,10 +57,10 @@ pub fn errors(a: &Film, b: &Film, mask: impl Fn(usize) -> bool) -> Errors {
             peak = peak.max(y);
         }
     }
+    let pixels = counted.len();
     let n = (3 * pixels).max(1) as f64;
     let relative_rms = if d2 == 0.0 { 0.0 } else { (d2 / b2).sqrt() };
     let psnr = if d2 == 0.0 { f64::INFINITY } else { 10.0 * (peak * peak * n / d2).log10() };
-    let counted: Vec<usize> = (0..a.len().min(b.len())).filter(|&i| mask(i)).collect();
     let points = single(counted.iter().map(|&i| [a.pixel(i), b.pixel(i)].map(|v| v.map(f64::from))));
     let [median, ninetieth, stops] = points;
     let rmse = (d2 / n).sqrt();

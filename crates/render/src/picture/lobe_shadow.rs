@@ -24,6 +24,7 @@ use std::sync::{Arc, Mutex};
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::{Domain, SharedBrdf};
 use steradian_light::Environment;
+use steradian_parallel::prelude::*;
 use steradian_reference::path::PathScene;
 use steradian_scene::{Bvh, Ray};
 use steradian_sphere::Frame;
@@ -36,6 +37,8 @@ const RAYS: [usize; 2] = [64, 128];
 /// Directions of the reference, in the same order, and the index in the sequence of the first.
 const REFERENCE_RAYS: [usize; 2] = [64, 512];
 const REFERENCE_FIRST: usize = 1 << 16;
+/// Fewest points that a thread takes at a time: some tenths of a millisecond each.
+const AT_ONCE: usize = 8;
 /// Strips in which the points of the unit square are ordered: 16 neighbours of 192 cover a quarter by a
 /// third.
 const STRIPS: f64 = 4.0;
@@ -190,8 +193,8 @@ impl LobeShadow {
         if self.reference { REFERENCE_RAYS } else { RAYS }
     }
 
-    /// Computes the share of each point, and passes it to `set`.
-    fn shares(&self, q: &Points<'_>, mut set: impl FnMut(usize, [f32; 3])) {
+    /// The share of each point, on all cores: the last tiles of a picture would keep one of them busy.
+    fn shares(&self, q: &Points<'_>) -> Vec<[f32; 3]> {
         let shadows = Shadows { by: &*self.bvh, offset: PathScene::OFFSET, reference: self.reference };
         // Radiance of suns and lamps without shadows, and with them.
         let direct = [None, Some(shadows)].map(|shadows| {
@@ -200,12 +203,10 @@ impl LobeShadow {
             rgb
         });
         let at = |v: &[&[f32]; 3], i: usize| DVec3::from_array(v.map(|c| f64::from(c[i])));
-        let mut batch = Batch::default();
-        for i in 0..q.len() {
-            set(i, [1.0; 3]);
+        let share = |batch: &mut Batch, i: usize| {
             let (n, wo) = (at(&q.n, i).normalize_or_zero(), at(&q.wo, i).normalize_or_zero());
             if n.dot(wo) <= 0.0 {
-                continue;
+                return [1.0; 3];
             }
             // Tangents may turn from triangle to triangle, and with them the directions.
             let frame = match q.t[0].is_empty() || self.brdf.is_isotropic() {
@@ -213,14 +214,15 @@ impl LobeShadow {
                 false => Frame::from_normal_tangent(n, at(&q.t, i)),
             };
             let wanted = (0..3).any(|c| direct[0][c][i] != direct[1][c][i]);
-            let Some(m) = self.means(at(&q.p, i), &frame, wo, wanted, &mut batch) else { continue };
+            let Some(m) = self.means(at(&q.p, i), &frame, wo, wanted, batch) else { return [1.0; 3] };
             let share = |c: usize| {
                 let [open, behind] = [0, 1].map(|k| f64::from(direct[k][c][i]));
                 let all = m.all[c] + open;
                 if all > 0.0 { ((m.seen[c] + behind) / all) as f32 } else { 1.0 }
             };
-            set(i, [0, 1, 2].map(share));
-        }
+            [0, 1, 2].map(share)
+        };
+        (0..q.len()).into_par_iter().with_min_len(AT_ONCE).map_init(Batch::default, share).collect()
     }
 
     /// The means; `None` where nothing is blocked, unless they are `wanted` anyway.
@@ -273,7 +275,8 @@ impl Shader for LobeShadow {
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
         task.check()?;
         let Some(known) = &self.known else {
-            self.shares(q, |i, share| (0..3).for_each(|c| out.rgb[c][i] = share[c]));
+            let shares = self.shares(q);
+            shares.iter().enumerate().for_each(|(i, share)| (0..3).for_each(|c| out.rgb[c][i] = share[c]));
             return Ok(());
         };
         let place = |i: usize| [&q.p, &q.n, &q.wo].map(|v| v.map(|x| x[i].to_bits()));
@@ -295,8 +298,7 @@ impl Shader for LobeShadow {
             let t = if q.t[0].is_empty() { Frame::from_normal(n.as_dvec3()).t.as_vec3() } else { at(&q.t) };
             points.push(n, t, at(&q.wo), at(&q.p));
         }
-        let mut found = vec![[1.0; 3]; new.len()];
-        self.shares(&points.as_points(), |k, share| found[k] = share);
+        let found = self.shares(&points.as_points());
         let mut known = known.lock().expect("nobody panics in between");
         for (&i, share) in new.iter().zip(found) {
             set(i, share);

@@ -106,6 +106,7 @@ pub fn render(stage: &Stage<'_>, settings: &Settings, task: &Task) -> Result<Fil
     task.begin("render", count as u64);
     let tiles: Result<Vec<Tile>, Cancelled> = (0..count)
         .into_par_iter()
+        .with_max_len(1)
         .map(|i| {
             task.check()?;
             let (x, y) = (i % columns * TILE, i / columns * TILE);

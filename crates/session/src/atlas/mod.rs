@@ -256,7 +256,7 @@ impl Session {
         if paths {
             methods.insert(0, Method::Reference);
         }
-        let comparison = Comparison { reference_tolerance: TOLERANCE, paths, ev: 0.0 };
+        let comparison = Comparison { reference_tolerance: TOLERANCE, paths, ev: 0.0, certificates: true };
         let mut answers = self.compared(&scene, &methods, renderers, &comparison)?.into_iter();
         let truth = answers.next().ok_or_else(no_answer)?;
         let error = |a: Answer| a.rendering()?.errors.as_ref().map(|e| e.0.relative_rms);
@@ -282,7 +282,7 @@ impl Session {
         };
         let (spec, scene, other) = self.near(plan, technique, card.slug)?;
         let paths = stage == Stage::Scattered;
-        let comparison = Comparison { reference_tolerance: TOLERANCE, paths, ev: 0.0 };
+        let comparison = Comparison { reference_tolerance: TOLERANCE, paths, ev: 0.0, certificates: true };
         let answers = self.compared(&scene, &[other], renderers, &comparison)?;
         let mut answers = answers.into_iter();
         let truth = answers.next().ok_or_else(no_answer)?;

@@ -170,7 +170,8 @@ impl Session {
         scene.lights = lights::furnace();
         scene.materials[0].params = params;
         self.paths = Paths { bounces: 1, noise };
-        let comparison = Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0 };
+        let comparison =
+            Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0, certificates: false };
         let methods = [Method::Technique(t), Method::Reference];
         let answers = self.compared(&scene, &methods, &[Renderer::Cpu], &comparison)?;
         let error = |k: usize| {
@@ -193,7 +194,8 @@ impl Session {
             groups.entry(spec).or_default().push(t);
         }
         let small = Plan { size: BOUNCED_SIZE, ..plan.clone() };
-        let comparison = Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0 };
+        let comparison =
+            Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0, certificates: false };
         let mut out = BTreeMap::new();
         for (spec, techniques) in groups {
             let mut scene = self.knot(&small, spec)?;
@@ -227,7 +229,8 @@ impl Session {
             return Ok(None);
         }
         let small = Plan { size: BOUNCED_SIZE, ..plan.clone() };
-        let comparison = Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0 };
+        let comparison =
+            Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0, certificates: false };
         let mut error = |params: &str| -> Result<f64, Error> {
             let (_, scene, other) = self.near(&small, t, &format!("{}{params}", t.card().slug))?;
             let answers = self.compared(&scene, &[other], &[Renderer::Cpu], &comparison)?;

@@ -76,7 +76,7 @@ impl Default for Request {
             sweep: None,
             probes: None,
             size: [160; 2],
-            plan: Plan { reference_tolerance: 5e-3, paths: false, ev: 0.0 },
+            plan: Plan { reference_tolerance: 5e-3, paths: false, ev: 0.0, certificates: true },
             tolerance: None,
             tone_mapper: ToneMapper::default(),
             results: None,

@@ -166,7 +166,8 @@ impl Session {
         let case = self.subject(&scene, camera)?;
         let (truth, own) = self.true_picture_by(&case, TRUTH)?;
         page.figure(truth.picture(), &format!("{name}: the reference"))?;
-        let plan = Comparison { reference_tolerance: TRUTH.tolerance, paths: false, ev: 0.0 };
+        let plan =
+            Comparison { reference_tolerance: TRUTH.tolerance, paths: false, ev: 0.0, certificates: false };
         let mut answers = Vec::new();
         let method = Method::find("gaussian_lobes")?;
         self.answers(&case, &method, &[Renderer::Cpu], &plan, &truth, &mut answers)?;

@@ -7,6 +7,7 @@ use crate::saved::check_mesh;
 use crate::scene::Sited;
 use crate::{Error, Local, Method, Notice, Session, Shadows};
 use glam::Vec3;
+use std::cell::LazyCell;
 use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{Cancelled, Task};
@@ -79,6 +80,18 @@ impl Session {
         task: &Task,
     ) -> Result<Prepared, Error> {
         let start = Instant::now();
+        let lobe = self.shadows == Shadows::Lobe;
+        if let Method::Technique(t) = method
+            && lobe
+            && t.self_shadowing(&material.params)
+        {
+            let why = "knows shadows itself; leave `shadows` out, or give ray";
+            return Err(Error::usage(format!("`shadows` lobe: {} {why}", method.label())));
+        }
+        let bvh = LazyCell::new(|| match &self.common_shadows {
+            Some(common) => common.bvh(&under.scene.mesh),
+            None => Arc::new(Bvh::build(&under.scene.mesh)),
+        });
         let mut view = view(under.camera);
         let baked = self.bake_local(material, method, under, task)?;
         let bumps = baked.as_ref().and_then(|b| b.normals()).filter(|_| material.maps.normal.is_none());
@@ -89,7 +102,7 @@ impl Session {
         let (bake, direct, lights) = match method {
             Method::Reference if self.shadows == Shadows::Lobe => {
                 let mut exact = reference(material, under, task)?;
-                self.shadow(&mut exact, under.lights, &Arc::new(Bvh::build(&under.scene.mesh)));
+                self.shadow(&mut exact, under.lights, &bvh);
                 return Ok(exact);
             }
             Method::Reference => return reference(material, under, task),
@@ -102,12 +115,7 @@ impl Session {
                 (bake, Direct::default(), LocalLights::default())
             }
         };
-        let lobe = self.shadows == Shadows::Lobe;
         let shadows = match method {
-            Method::Technique(t) if lobe && t.self_shadowing(&material.params) => {
-                let why = "knows shadows itself; leave `shadows` out, or give ray";
-                return Err(Error::usage(format!("`shadows` lobe: {} {why}", method.label())));
-            }
             Method::Technique(_) if lobe && !lights.is_empty() => {
                 return Err(Error::usage("`shadows` lobe: not beside `local`; give `shadows` ray"));
             }
@@ -115,11 +123,14 @@ impl Session {
                 if self.shadows.under(*t, &material.params)
                     && (lobe || !(direct.is_empty() && lights.is_empty())) =>
             {
-                Some(self.shadows.blocker(&under.scene.mesh, &direct, &lights, task.max_memory())?)
+                Some(match lobe {
+                    true => bvh.clone(),
+                    false => self.shadows.blocker(&under.scene.mesh, &direct, &lights, task.max_memory())?,
+                })
             }
             _ => None,
         };
-        let share = || self.share(material, under.lights, Arc::new(Bvh::build(&under.scene.mesh)), false);
+        let share = || self.share(material, under.lights, bvh.clone(), false);
         let lobe = shadows.as_ref().filter(|_| lobe).map(|_| share());
         let local = match baked.filter(|_| !lights.is_empty()) {
             Some(bake) => {

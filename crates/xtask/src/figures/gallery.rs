@@ -109,7 +109,8 @@ fn drawn(
     session: &Session,
     beside: ComparedWith,
 ) -> Result<Vec<Row>> {
-    let plan = Plan { reference_tolerance: 2e-3, paths: beside == ComparedWith::Paths, ev: 0.0 };
+    let plan =
+        Plan { reference_tolerance: 2e-3, paths: beside == ComparedWith::Paths, ev: 0.0, certificates: true };
     let methods: Vec<Method> = named.iter().map(|n| n.1.clone()).collect();
     let answers = session.compare(scene, &methods, &[Renderer::Cpu], &plan)?.met()?;
     let truth = answers[0].rendering().context("no reference")?;

@@ -38,7 +38,7 @@ pub fn run(o: &Options) -> Result<()> {
         let mut scene = Scene::of("knot", Some(spec), &light, &mut session)?;
         scene.mesh = mesh::brushed(mesh::of("armadillo.obj", mesh::knot)?, glam::Vec3::Y);
         [scene.settings.width, scene.settings.height] = [side, side];
-        let plan = Plan { reference_tolerance: TRUTH, paths: false, ev: 0.0 };
+        let plan = Plan { reference_tolerance: TRUTH, paths: false, ev: 0.0, certificates: true };
         let answers = session.compare(&scene, &[Method::find("shrm")?], &[Renderer::Cpu], &plan)?.met()?;
         let [truth, shrm] = [0, 1].map(|i| answers.get(i).and_then(|a| a.rendering()));
         let (truth, shrm) =
