@@ -86,7 +86,7 @@ fn lit(mut case: common::Case, slug: &str, spec: &str) -> Result<Lit, Failed> {
     let (baked, direct) = split(&case.lights, Suns::Exact);
     let t = steradian_techniques::find(slug).ok_or("no such technique")?;
     let mut bake: Box<dyn AnyBake> =
-        t.bake(&baked, &Material::new(case.brdf.clone()), None, &Default::default(), &Task::quiet())?;
+        t.draft(&baked, &Material::new(case.brdf.clone()), None, &Default::default(), &Task::quiet())?;
     bake.frame(&common::view(&case));
     Ok(Lit { case, direct, bake: Arc::new(BakeShader(bake)), local: None })
 }

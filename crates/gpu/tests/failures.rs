@@ -24,7 +24,7 @@ fn bake() -> Result<(common::Case, Box<dyn AnyBake>), Failed> {
     let case = case(0, SIDE);
     let t = steradian_techniques::find("sh_irradiance").ok_or("no such technique")?;
     let material = Material::new(case.brdf.clone());
-    let bake = t.bake(&case.lights, &material, None, &Default::default(), &Task::quiet())?;
+    let bake = t.draft(&case.lights, &material, None, &Default::default(), &Task::quiet())?;
     Ok((case, bake))
 }
 

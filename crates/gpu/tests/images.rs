@@ -9,6 +9,7 @@ mod common;
 use common::{Case, SCENES, case, cpu, gpu, scene};
 use glam::{Affine3A, Mat3, Quat, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use steradian_base::Task;
 use steradian_gpu::Renderer;
@@ -45,7 +46,8 @@ fn within(what: impl std::fmt::Debug, flip: f32, bound: f32) -> Result<(), Faile
     if flip <= bound { Ok(()) } else { Err(format!("{what:?}: FLIP {flip:.4}").into()) }
 }
 
-/// Both paths, both rates of shading.
+/// Both paths, both rates of shading. A technique's first scene is drawn in all four ways, a further one in
+/// the first and the last (all with STERADIAN_FULL=1).
 const WAYS: [(Path, Rate); 4] = [
     (Path::Raster, Rate::Sample),
     (Path::Raster, Rate::Pixel),
@@ -53,13 +55,13 @@ const WAYS: [(Path, Rate); 4] = [
     (Path::Compute, Rate::Pixel),
 ];
 
-fn pictures(case: &Case, bake: Box<dyn AnyBake>, name: &str) -> Result<(), Failed> {
+fn pictures(case: &Case, bake: Box<dyn AnyBake>, name: &str, every: usize) -> Result<(), Failed> {
     let gpu = gpu()?;
     let technique = bake.gpu();
     let truth = cpu(case, bake, SIDE);
     // A mirror's picture changes within a pixel, and so does a product of factors: shaded once, they alias.
     let sharp = matches!(technique.slug, "mirror_map" | "factored_lighting");
-    for (path, rate) in WAYS {
+    for &(path, rate) in WAYS.iter().step_by(every) {
         let settings = Settings { path, rate, ..Settings::new(SIDE, SIDE) };
         let (picture, _) = Renderer::new(gpu, scene(case, technique.clone()), &settings)?.render(gpu)?;
         let picture = film(&picture);
@@ -75,30 +77,31 @@ fn pictures(case: &Case, bake: Box<dyn AnyBake>, name: &str) -> Result<(), Faile
     Ok(())
 }
 
-fn technique(k: usize, slug: &'static str) -> Result<(), Failed> {
+fn technique(k: usize, slug: &'static str, every: usize) -> Result<(), Failed> {
     let case = case(k, SIDE);
     let technique = steradian_techniques::find(slug).ok_or("no such technique")?;
-    let bake = technique.bake(
+    let bake = technique.draft(
         &case.lights,
         &Material::new(case.brdf.clone()),
         None,
         &Default::default(),
         &Task::quiet(),
     )?;
-    pictures(&case, bake, &format!("{k}-{slug}"))
+    pictures(&case, bake, &format!("{k}-{slug}"), every)
 }
 
 fn main() {
     let arguments = Arguments::from_args();
     let required = std::env::var_os("STERADIAN_REQUIRE_GPU").is_some();
     let ignored = gpu().is_err() && !required;
-    let mut trials = Vec::new();
+    let (mut trials, mut seen) = (Vec::new(), BTreeSet::new());
     for (k, s) in SCENES.iter().enumerate() {
         let brdf = steradian_brdf::parse(s.brdf).expect("the demo's own");
         for t in registry().iter().filter(|t| !t.card().needs.sites && (t.card().materials)(&*brdf).is_ok()) {
             let slug = t.card().slug;
+            let every = if seen.insert(slug) || steradian_testkit::full() { 1 } else { WAYS.len() - 1 };
             trials.push(
-                Trial::test(format!("{}::{slug}", s.shape), move || technique(k, slug))
+                Trial::test(format!("{}::{slug}", s.shape), move || technique(k, slug, every))
                     .with_ignored_flag(ignored),
             );
         }
@@ -132,7 +135,7 @@ fn several_objects_and_textures() -> Result<(), Failed> {
     let bake = |slug: &str| -> Result<Box<dyn AnyBake>, Failed> {
         let t = steradian_techniques::find(slug).ok_or("no such technique")?;
         let brdf = steradian_brdf::parse("lambert:albedo=0.8/0.5/0.2")?;
-        Ok(t.bake(&case.lights, &Material::new(brdf), None, &Default::default(), &Task::quiet())?)
+        Ok(t.draft(&case.lights, &Material::new(brdf), None, &Default::default(), &Task::quiet())?)
     };
     let techniques = [bake("diffuse_map")?, bake("sh_irradiance")?];
     let mut shown = scene(&case, techniques[0].gpu());
@@ -171,7 +174,7 @@ fn several_objects_and_textures() -> Result<(), Failed> {
 fn split_sum(case: &Case, brdf: &str) -> Result<Box<dyn AnyBake>, Failed> {
     let t = steradian_techniques::find("split_sum").ok_or("no such technique")?;
     let brdf = steradian_brdf::parse(brdf)?;
-    Ok(t.bake(&case.lights, &Material::new(brdf), None, &Default::default(), &Task::quiet())?)
+    Ok(t.draft(&case.lights, &Material::new(brdf), None, &Default::default(), &Task::quiet())?)
 }
 
 fn largest_difference(a: &Picture, b: &Picture) -> f32 {
@@ -247,7 +250,7 @@ fn a_changed_material_replaces_tables() -> Result<(), Failed> {
     let mut bake = split_sum(&case, SCENES[1].brdf)?;
     let settings = Settings::new(128, 128);
     let mut live = Renderer::new(gpu, scene(&case, bake.gpu()), &settings)?;
-    bake = bake.with_material(&Material::new(steradian_brdf::parse(other)?), &Task::quiet())?;
+    bake = bake.preview(None, Some(&Material::new(steradian_brdf::parse(other)?)), &Task::quiet())?;
     live.set_technique(gpu, 0, bake.gpu())?;
     let (changed, _) = live.render(gpu)?;
     let fresh = scene(&case, split_sum(&case, other)?.gpu());
@@ -261,7 +264,7 @@ fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     let case = case(0, 16);
     let t = steradian_techniques::find("sh_irradiance").ok_or("no such technique")?;
     let bake =
-        t.bake(&case.lights, &Material::new(case.brdf.clone()), None, &Default::default(), &Task::quiet())?;
+        t.draft(&case.lights, &Material::new(case.brdf.clone()), None, &Default::default(), &Task::quiet())?;
     let fails = |scene, settings: &Settings| match Renderer::new(gpu, scene, settings) {
         Err(e) => Ok(e.to_string()),
         Ok(_) => Err("made"),

@@ -43,7 +43,7 @@ impl Setup {
 /// A bake from nothing.
 fn bake(case: &Case, params: &ParamValues) -> Result<Box<dyn AnyBake>, Failed> {
     let t = steradian_techniques::find("split_sum").ok_or("no such technique")?;
-    Ok(t.bake(&case.lights, &Material::new(case.brdf.clone()), None, params, &Task::quiet())?)
+    Ok(t.draft(&case.lights, &Material::new(case.brdf.clone()), None, params, &Task::quiet())?)
 }
 
 /// Largest difference over the largest value.
@@ -98,7 +98,7 @@ fn rotation(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed>
 /// Only the light's factor is baked again; the fresh picture bakes everything.
 fn light(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     let other = case(0, SIDE);
-    s.bake = s.bake.with_light(&other.lights, &Task::quiet())?;
+    s.bake = s.bake.preview(Some(&other.lights), None, &Task::quiet())?;
     live.set_technique(gpu, 0, s.bake.gpu())?;
     live.set_backdrop(gpu, common::backdrop(&other.backdrop))?;
     (s.case.lights, s.case.backdrop) = (other.lights, other.backdrop);
@@ -109,7 +109,7 @@ fn light(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
 /// Only the material's factor is baked again; the tables of the light stay on the device.
 fn material(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     s.case.brdf = steradian_brdf::parse("ggx:alpha=0.4,f0=0.3/0.5/0.9")?;
-    s.bake = s.bake.with_material(&Material::new(s.case.brdf.clone()), &Task::quiet())?;
+    s.bake = s.bake.preview(None, Some(&Material::new(s.case.brdf.clone())), &Task::quiet())?;
     live.set_technique(gpu, 0, s.bake.gpu())?;
     s.bake = bake(&s.case, &ParamValues::default())?;
     Ok(())
@@ -127,7 +127,7 @@ fn params(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
 fn technique(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     let t = steradian_techniques::find("diffuse_map").ok_or("no such technique")?;
     let lambert = Material::new(steradian_brdf::parse("lambert:albedo=0.8/0.5/0.2")?);
-    s.bake = t.bake(&s.case.lights, &lambert, None, &ParamValues::default(), &Task::quiet())?;
+    s.bake = t.draft(&s.case.lights, &lambert, None, &ParamValues::default(), &Task::quiet())?;
     Ok(live.set_technique(gpu, 0, s.bake.gpu())?)
 }
 

@@ -33,7 +33,7 @@ const SIDE: usize = 128;
 fn bake(slug: &str, case: &Case, spec: &str) -> Result<Box<dyn AnyBake>, Failed> {
     let technique = find(slug).ok_or("no such technique")?;
     let material = Material::new(steradian_brdf::parse(spec)?);
-    Ok(technique.bake(&case.lights, &material, None, &ParamValues::default(), &Task::quiet())?)
+    Ok(technique.draft(&case.lights, &material, None, &ParamValues::default(), &Task::quiet())?)
 }
 
 /// Lobes of every kind: plain, sharp, rough, round and long spreads.

@@ -133,7 +133,7 @@ fn horizon(spec: &str) -> Result<(), Failed> {
         let material = Material::new(steradian_brdf::parse(spec)?);
         let t = steradian_techniques::find("shrm_slices").ok_or("no such technique")?;
         let params: ParamValues = [(SUNS, 1.0)].into_iter().collect();
-        let bake = t.bake(&light, &material, None, &params, &Task::quiet())?;
+        let bake = t.draft(&light, &material, None, &params, &Task::quiet())?;
         if !bake.gpu().uniforms.iter().any(|u| u.name == "suns") {
             return Err("the sun is not apart: nothing of it was compared".into());
         }
@@ -190,7 +190,7 @@ fn local(t: &dyn AnyLocal, spec: &str, choice: Option<(&'static str, Value)>) ->
     same(gpu, &cpu, &alone, &points)?;
     let other = steradian_techniques::find("sh_irradiance").ok_or("no such technique")?;
     let material = Material::new(steradian_brdf::parse("lambert")?);
-    let distant = other.bake(&light(), &material, None, &ParamValues::default(), &Task::quiet())?;
+    let distant = other.draft(&light(), &material, None, &ParamValues::default(), &Task::quiet())?;
     distant.shade(&points.as_points(), &mut Radiance::of(&mut cpu));
     shading.add(None, &points.as_points(), &mut Radiance::of(&mut cpu));
     same(gpu, &cpu, &beside(distant.gpu(), alone.clone()), &points)?;
@@ -255,7 +255,7 @@ fn textured(technique: &'static dyn AnyTechnique, spec: &str) -> Result<(), Fail
     let small = [("size", 24.0), ("nodes", 3.0)].into_iter();
     let params: ParamValues = small.filter(|p| technique.params().iter().any(|i| i.name == p.0)).collect();
     let material = specimens::material(steradian_brdf::parse(spec)?, technique.planes());
-    let mut bake = technique.bake(&light(), &material, None, &params, &Task::quiet())?;
+    let mut bake = technique.draft(&light(), &material, None, &params, &Task::quiet())?;
     if !bake.is_textured() {
         return Err("reads no textures: nothing of them was compared".into());
     }
@@ -274,7 +274,7 @@ fn turned_lobes(visibility: &'static str) -> Result<(), Failed> {
     params.0.insert("visibility".into(), visibility.into());
     let geometry = technique.needs_sites(&params).then(ring);
     let material = Material::new(steradian_brdf::parse("ward:ax=0.1,ay=0.4")?);
-    let bake = technique.bake(&light(), &material, geometry.as_ref(), &params, &Task::quiet())?;
+    let bake = technique.draft(&light(), &material, geometry.as_ref(), &params, &Task::quiet())?;
     compare(gpu, &*bake, &points(geometry.as_ref()))
 }
 
@@ -295,7 +295,7 @@ fn technique(
     let mut taken = None;
     for spec in specs {
         let material = Material::new(steradian_brdf::parse(spec)?);
-        match technique.bake(&light, &material, geometry.as_ref(), &params, &Task::quiet()) {
+        match technique.draft(&light, &material, geometry.as_ref(), &params, &Task::quiet()) {
             Ok(bake) => {
                 taken = Some(bake);
                 break;

@@ -102,8 +102,10 @@ fn gaussians_are_near_exact() -> Result<(), Failed> {
     let gaussian = |degrees: f64| Kernel::Gaussian { sigma: degrees.to_radians() };
     let levels = [(128, 1.0), (128, 2.0), (64, 4.0), (32, 8.0), (16, 16.0), (16, 32.0), (16, 64.0)];
     let levels = levels.map(|(size, degrees)| level(size, gaussian(degrees)));
-    within(Method::Convolution, &levels, &light::room_with_window(), &[0.02; 7])?;
-    within(Method::Convolution, &levels, &light::with_sun(light::room_with_window()), &[0.02; 7])
+    // The cubes of the first take software adapters most of the time.
+    let levels = if gpu()?.is_software() && !steradian_testkit::full() { &levels[1..] } else { &levels };
+    within(Method::Convolution, levels, &light::room_with_window(), &[0.02; 7])?;
+    within(Method::Convolution, levels, &light::with_sun(light::room_with_window()), &[0.02; 7])
 }
 
 /// A beach whose sun is a handful of texels ten thousand times as bright as all others.
@@ -345,7 +347,7 @@ fn apart(a: &[Vec<f32>; 3], b: &[Vec<f32>; 3]) -> f64 {
 fn bake(slug: &str, spec: &str, lights: &Lights) -> Result<Box<dyn AnyBake>, Failed> {
     let t = steradian_techniques::find(slug).ok_or("no such technique")?;
     let material = Material::new(steradian_brdf::parse(spec)?);
-    Ok(t.bake(lights, &material, None, &ParamValues::default(), &Task::quiet())?)
+    Ok(t.draft(lights, &material, None, &ParamValues::default(), &Task::quiet())?)
 }
 
 /// A technique baked for a plain sky, given the chain that the GPU makes of other light, shades as one baked
@@ -372,7 +374,7 @@ fn split_sum_is_lit_as_by_a_new_bake() -> Result<(), Failed> {
         while !refilter.step(gpu, Budget::Texels(5_000_000))? {}
         refilter.deliver(gpu, twin.data(), name)?;
         let lit = twin.shade(gpu, &points)?;
-        baked = baked.with_light(&after, &Task::quiet())?;
+        baked = baked.preview(Some(&after), None, &Task::quiet())?;
         let expected = ComputeTechnique::new(gpu, &baked.gpu())?.shade(gpu, &points)?;
         let off = apart(&lit, &expected);
         if off > 0.01 || off.is_nan() {
@@ -401,7 +403,7 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
     refilter.run(gpu)?;
     refilter.deliver(gpu, twin.data(), name)?;
     let lit = twin.shade(gpu, &points)?;
-    mirror = mirror.with_light(&after, &Task::quiet())?;
+    mirror = mirror.preview(Some(&after), None, &Task::quiet())?;
     let renewed = mirror.gpu();
     if renewed.tables[0].level.width != size {
         return Err("another size, another test".into());
@@ -418,7 +420,7 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
     let gain = albedo.map(|a| a / std::f32::consts::PI);
     refilter.deliver_irradiance(gpu, twin.data(), ["red", "green", "blue"], gain, light_rotation)?;
     let lit = twin.shade(gpu, &points)?;
-    diffuse = diffuse.with_light(&after, &Task::quiet())?;
+    diffuse = diffuse.preview(Some(&after), None, &Task::quiet())?;
     diffuse.frame(&View { light_rotation, ..View::default() });
     let off = apart(&lit, &ComputeTechnique::new(gpu, &diffuse.gpu())?.shade(gpu, &points)?);
     if off > 3e-3 || off.is_nan() { Err(format!("irradiance: {off} apart").into()) } else { Ok(()) }
@@ -428,7 +430,9 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
 /// shades as one baked for that.
 fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
     let gpu = gpu()?;
-    let sky = |spec: &str| Lights::of_sky(spec, (256, 128));
+    // A quarter of the texels takes software adapters a quarter of the time.
+    let size = if gpu.is_software() && !steradian_testkit::full() { (128, 64) } else { (256, 128) };
+    let sky = |spec: &str| Lights::of_sky(spec, size);
     let (before, after) = (sky("sky:elevation=50,azimuth=20")?, sky("sky:elevation=35,azimuth=80")?);
     let light_rotation = Mat3::from_rotation_y(0.7);
     let view = View { light_rotation, ..View::default() };
@@ -439,11 +443,17 @@ fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
         if card.needs.sites || card.needs.view {
             continue;
         }
-        // Reflectances of one technique share its chain or differ in the widths of their levels.
+        // Reflectances of one technique differ in the widths of their levels, or share its chain: that is
+        // filtered once.
         let every = if steradian_testkit::full() { 1 } else { (card.specimens.len() - 1).max(1) };
+        let mut filtered = Vec::new();
         for spec in card.specimens.iter().step_by(every) {
             let mut baked = bake(card.slug, spec, &before)?.with_view(&view);
             let Some(tables) = baked.light_tables(false) else { break };
+            if filtered.contains(&tables) && !steradian_testkit::full() {
+                continue;
+            }
+            filtered.push(tables.clone());
             let described = baked.gpu();
             let twin = ComputeTechnique::new(gpu, &described)?;
             let mut follower = Follower::new(gpu, &described, &tables)?;
@@ -453,7 +463,7 @@ fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
                 delivered |= follower.step(gpu, Budget::Texels(5_000_000), twin.data(), light_rotation)?;
             }
             let lit = twin.shade(gpu, &points)?;
-            baked = baked.with_light(&after, &Task::quiet())?;
+            baked = baked.preview(Some(&after), None, &Task::quiet())?;
             let off = apart(&lit, &ComputeTechnique::new(gpu, &baked.gpu())?.shade(gpu, &points)?);
             if !delivered || off > 0.02 || off.is_nan() {
                 return Err(format!("{} of {spec}: {off} apart", card.slug).into());

@@ -91,7 +91,7 @@ fn error(got: &Film, truth: &Film) -> f64 {
 fn shader(slug: &str, spec: &str) -> Arc<dyn Shader> {
     let material = Material::new(steradian_brdf::parse(spec).expect("a spec"));
     let technique = find(slug).expect("a technique");
-    let bake = technique.bake(&lights::studio(), &material, None, &ParamValues::default(), &Task::quiet());
+    let bake = technique.draft(&lights::studio(), &material, None, &ParamValues::default(), &Task::quiet());
     Arc::new(BakeShader(bake.expect("a bake")))
 }
 

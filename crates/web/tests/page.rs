@@ -20,7 +20,7 @@ fn lights() -> Lights {
 fn bake(t: &dyn AnyTechnique, spec: &str, mesh: &Arc<Mesh>) -> Box<dyn AnyBake> {
     let material = Material::new(steradian_brdf::parse(spec).expect("a specimen"));
     let geometry = t.card().needs.sites.then(|| Geometry::new(mesh.clone(), Sites::Vertices));
-    t.bake(&lights(), &material, geometry.as_ref(), &ParamValues::default(), &Task::quiet())
+    t.draft(&lights(), &material, geometry.as_ref(), &ParamValues::default(), &Task::quiet())
         .expect("a specimen bakes")
 }
 

@@ -75,8 +75,16 @@ fn techniques_with_sites_bake_on_the_scenes_mesh() {
     let d = tempfile::tempdir().expect("a folder");
     let dir = d.path();
     let mean = |technique: &str| -> f64 {
-        let arguments =
-            ["render", "torus", "-e", "furnace", "-b", "lambert:albedo=0.5", "--technique", technique];
+        let arguments = [
+            "render",
+            "torus:segments=32",
+            "-e",
+            "furnace",
+            "-b",
+            "lambert:albedo=0.5",
+            "--technique",
+            technique,
+        ];
         let size = ["--size", "48x48", "--background", "none", "-o", "x.pfm", "--json"];
         well(dir, &[&arguments[..], &size].concat());
         let bytes = fs::read(dir.join("x.pfm")).expect("a picture");
@@ -108,7 +116,7 @@ fn a_normal_map_asks_for_transfer_to_its_normals() {
     fs::write(dir.join("n.pfm"), [&b"PF\n16 16\n-1\n"[..], &texels.collect::<Vec<_>>()].concat())
         .expect("written");
     let picture = |more: &[&'static str]| {
-        let torus = ["render", "torus:segments=24", "-e", "sky:elevation=30", "-b", "lambert:albedo=0.5"];
+        let torus = ["render", "torus:segments=12", "-e", "sky:elevation=30", "-b", "lambert:albedo=0.5"];
         let size = ["-t", "prt-diffuse", "--size", "32x32", "--background", "none", "-o", "x.pfm"];
         well(dir, &[&torus[..], &size, more].concat());
         fs::read(dir.join("x.pfm")).expect("a picture")
@@ -217,7 +225,7 @@ fn coarse_ground_has_its_contact_shadow() {
                  [light]\nenvironment = \"overcast\"\n";
     fs::write(dir.join("s.toml"), scene).expect("written");
     let line =
-        ["compare", "s.toml", "--path", "--bounces", "1", "--noise", "0.02", "--size", "48x36", "--json"];
+        ["compare", "s.toml", "--path", "--bounces", "1", "--noise", "0.03", "--size", "32x24", "--json"];
     for technique in ["prt-diffuse", "haar-transport"] {
         let line: Vec<&str> = line.iter().chain(&["-t", technique]).copied().collect();
         let out: serde_json::Value = serde_json::from_str(&well(dir, &line)).expect("JSON");
@@ -234,12 +242,23 @@ fn points_and_comparisons_take_transfer_of_a_file() {
     let rows = "px,py,pz,nx,ny,nz,vx,vy,vz\n0.9,0.24,0,0.6,0.8,0,0,1,0\n0.45,0.1,0,-1,0.1,0,-1,1,1\n";
     fs::write(dir.join("p.csv"), rows).expect("written");
     fs::write(dir.join("q.csv"), rows.replace("0.45", "0.44")).expect("written");
-    let transfer = ["transfer", "torus", "--tolerance", "0.02", "--bands", "4", "--quiet"];
+    let transfer = ["transfer", "torus:segments=48", "--tolerance", "0.02", "--bands", "4", "--quiet"];
     well(dir, &[&transfer[..], &["-p", "p.csv", "-o", "p.safetensors"]].concat());
     well(dir, &[&transfer[..], &["-o", "t.safetensors"]].concat());
     let eval = |technique: &'static str, points: &'static str, file: &'static [&'static str]| {
-        let fixed =
-            ["eval", "-e", "overcast", "-b", "lambert", "--mesh", "torus", "-t", technique, "-p", points];
+        let fixed = [
+            "eval",
+            "-e",
+            "overcast",
+            "-b",
+            "lambert",
+            "--mesh",
+            "torus:segments=48",
+            "-t",
+            technique,
+            "-p",
+            points,
+        ];
         let params = ["--param", "bands=4", "--param", "precision=0.02"];
         [&fixed[..], &params, file].concat()
     };
@@ -255,7 +274,8 @@ fn points_and_comparisons_take_transfer_of_a_file() {
     );
     fails(dir, 2, "takes no transfer of a file", &eval("haar_transport", "p.csv", file));
     let compare = |more: &[&'static str]| {
-        let line = ["compare", "torus", "-e", "overcast", "-b", "lambert", "--size", "24x24", "--json"];
+        let line =
+            ["compare", "torus:segments=48", "-e", "overcast", "-b", "lambert", "--size", "24x24", "--json"];
         [&line[..], &["--transfer", "t.safetensors"], more].concat()
     };
     let text = well(dir, &compare(&["-t", "prt_diffuse", "--param", "bands=4", "-t", "sh_irradiance"]));
@@ -271,12 +291,22 @@ fn points_and_comparisons_take_transfer_of_a_file() {
 fn transfer_of_a_file_takes_the_place_of_rays() {
     let d = tempfile::tempdir().expect("a folder");
     let dir = d.path();
-    let transfer = ["transfer", "torus", "--tolerance", "0.02", "--bands", "4", "--quiet"];
+    let transfer = ["transfer", "torus:segments=48", "--tolerance", "0.02", "--bands", "4", "--quiet"];
     well(dir, &[&transfer[..], &["-o", "t.safetensors"]].concat());
     well(dir, &[&transfer[..], &["--matrices", "-o", "m.safetensors"]].concat());
     let render = |technique: &str, more: &[&str]| {
         let fixed = [
-            "render", "torus", "-e", "overcast", "-b", "lambert", "--size", "24", "--quiet", "-t", technique,
+            "render",
+            "torus:segments=48",
+            "-e",
+            "overcast",
+            "-b",
+            "lambert",
+            "--size",
+            "24",
+            "--quiet",
+            "-t",
+            technique,
         ];
         let params = ["--param", "bands=4", "--param", "precision=0.02", "-o", "x.pfm"];
         well(dir, &[&fixed[..], &params, more].concat());
@@ -287,10 +317,20 @@ fn transfer_of_a_file_takes_the_place_of_rays() {
     }
     // Matrices take other rays than vectors alone.
     render("prt_diffuse", &["--transfer", "m.safetensors"]);
-    let bake =
-        ["bake", "overcast", "-b", "lambert", "-t", "prt_diffuse", "--param", "bands=3", "--mesh", "torus"];
+    let bake = [
+        "bake",
+        "overcast",
+        "-b",
+        "lambert",
+        "-t",
+        "prt_diffuse",
+        "--param",
+        "bands=3",
+        "--mesh",
+        "torus:segments=48",
+    ];
     well(dir, &[&bake[..], &["--transfer", "t.safetensors", "-o", "b.safetensors"]].concat());
-    well(dir, &["render", "torus", "--bake", "b.safetensors", "--size", "24", "-o", "b.pfm"]);
+    well(dir, &["render", "torus:segments=48", "--bake", "b.safetensors", "--size", "24", "-o", "b.pfm"]);
     let made = |mesh: &'static str, technique: &'static str, bands: &'static str| {
         let made = [
             "render",
@@ -307,19 +347,30 @@ fn transfer_of_a_file_takes_the_place_of_rays() {
         [&made[..], &["-t", technique, "--param", bands]].concat()
     };
     fails(dir, 3, "transfer of another mesh: its digest is", &made("knot", "prt_diffuse", "bands=4"));
-    fails(dir, 3, "transfer of 4 bands, where 5 are asked for", &made("torus", "prt_diffuse", "bands=5"));
-    fails(dir, 3, "4 bands of visibility, of 7 that are needed", &made("torus", "prt_glossy", "bands=4"));
+    fails(
+        dir,
+        3,
+        "transfer of 4 bands, where 5 are asked for",
+        &made("torus:segments=48", "prt_diffuse", "bands=5"),
+    );
+    fails(
+        dir,
+        3,
+        "4 bands of visibility, of 7 that are needed",
+        &made("torus:segments=48", "prt_glossy", "bands=4"),
+    );
     fails(
         dir,
         3,
         "has 1 scattering events",
-        &[&made("torus", "prt_diffuse", "bands=4")[..], &["--param", "bounces=2"]].concat(),
+        &[&made("torus:segments=48", "prt_diffuse", "bands=4")[..], &["--param", "bounces=2"]].concat(),
     );
-    let bare = ["render", "torus", "-t", "prt_diffuse", "-o", "no.png", "--transfer", "b.safetensors"];
+    let bare =
+        ["render", "torus:segments=48", "-t", "prt_diffuse", "-o", "no.png", "--transfer", "b.safetensors"];
     fails(dir, 3, "b.safetensors: holds no transfer", &bare);
     // Techniques that take none say which do.
     let none = "takes no transfer of a file with these parameters: leave it out, or choose";
-    fails(dir, 2, none, &made("torus", "sh_brdf", "bands=4"));
-    fails(dir, 2, none, &made("torus", "haar_transport", "bands=4"));
+    fails(dir, 2, none, &made("torus:segments=48", "sh_brdf", "bands=4"));
+    fails(dir, 2, none, &made("torus:segments=48", "haar_transport", "bands=4"));
     assert!(!dir.join("no.png").exists());
 }

@@ -36,7 +36,7 @@ fn techniques() -> Vec<GpuTechnique> {
     let bake = |t: &dyn AnyTechnique, spec: &str| {
         let material = Material::new(steradian_brdf::parse(spec).expect("a specimen"));
         let geometry = t.card().needs.sites.then_some(&geometry);
-        t.bake(&lights, &material, geometry, &ParamValues::default(), &Task::quiet())
+        t.draft(&lights, &material, geometry, &ParamValues::default(), &Task::quiet())
             .expect("a specimen bakes")
     };
     let specimens =

@@ -1,5 +1,6 @@
 //! Common code of the checks: probe points, bakes, the reference.
 
+use super::table;
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -15,6 +16,7 @@ use steradian_techniques::shared::{light::distant, trials::lights};
 use steradian_techniques::{
     AnyBake, AnyTechnique, Check, Geometry, Material, PointsBuf, Radiance, Sites, registry,
 };
+use steradian_testkit::full;
 
 /// Techniques to which `check` applies; for all others the reason in their Card is printed.
 /// `STERADIAN_TECHNIQUES=split_sum,shrm` restricts them to these.
@@ -75,6 +77,9 @@ pub const LIGHTS: [(&str, Formula); 6] = [
     ("tiny", tiny),
 ];
 
+/// Those of them under which errors are recorded.
+pub const RECORDED_UNDER: [&str; 3] = ["smooth", "studio", "sunny"];
+
 /// A studio with one texel and a sun of radiance 10⁵.
 fn bright() -> Lights {
     let mut l = lights::studio();
@@ -94,6 +99,15 @@ fn tiny() -> Lights {
 /// A light by its name in [`LIGHTS`].
 pub fn light(name: &str) -> Lights {
     LIGHTS.iter().find(|l| l.0 == name).expect("a light of the list").1()
+}
+
+/// The technique's specimens, each with lights to try it under: the first under all of [`RECORDED_UNDER`],
+/// the others under one of them in turn; all under all where the table is recorded and with STERADIAN_FULL=1.
+pub fn tried(t: &dyn AnyTechnique) -> impl Iterator<Item = (&'static str, &'static [&'static str])> {
+    let all = full() || table::recording();
+    let one = |k: usize| std::slice::from_ref(&RECORDED_UNDER[k % RECORDED_UNDER.len()]);
+    let lights = move |k: usize| if all || k == 0 { &RECORDED_UNDER[..] } else { one(k) };
+    t.card().specimens.iter().enumerate().map(move |(k, spec)| (*spec, lights(k)))
 }
 
 /// A [`draft`] with the usual parameters, made once for all checks of this process.

@@ -16,7 +16,7 @@ use steradian_techniques::{AnyTechnique, Check, Material, registry};
 const ALL: usize = 560;
 const LAYERED: usize = 60;
 /// Every so many of them always.
-const EVERY: usize = 25;
+const EVERY: usize = 40;
 /// Largest error relative to the stated one.
 const UNDER: f64 = 1.25;
 /// Probes of each kind; a case that fails with the first number is repeated with the second. (One bright

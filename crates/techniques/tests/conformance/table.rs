@@ -19,7 +19,7 @@ pub struct Line {
 }
 
 /// Is the table recorded now?
-fn recording() -> bool {
+pub fn recording() -> bool {
     std::env::var_os("STERADIAN_BLESS").is_some()
 }
 

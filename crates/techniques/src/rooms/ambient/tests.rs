@@ -1,4 +1,5 @@
 use super::*;
+use crate::trial::Certified;
 use crate::{PointsBuf, Sites, find};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
@@ -16,7 +17,7 @@ fn beside_a_wall_it_is_the_closed_form() {
     let material = Material::new(steradian_brdf::parse("lambert:albedo=0.5").unwrap());
     let b = find("ambient")
         .unwrap()
-        .bake(
+        .draft(
             &lights::furnace(),
             &material,
             Some(&geometry),
@@ -31,5 +32,5 @@ fn beside_a_wall_it_is_the_closed_form() {
     b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
     let exact = 0.5 * 0.5 * (1.0 + 1.0 / 2f32.sqrt());
     assert!((rgb[0][0] - exact).abs() < 5e-4, "{} {exact}", rgb[0][0]);
-    assert!(b.certificate().error < 0.01, "{}", b.certificate().error);
+    assert!(b.certified().error < 0.01, "{}", b.certified().error);
 }

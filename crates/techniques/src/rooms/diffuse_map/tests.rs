@@ -7,7 +7,7 @@ use steradian_light::{DirectionalLight, DiskLight};
 fn radiance(lights: &Lights, task: &Task, at: &[DVec3]) -> Vec<f64> {
     let material = Material::new(steradian_brdf::parse("lambert:albedo=1").unwrap());
     let t = find("diffuse_map").unwrap();
-    let b = t.bake(lights, &material, None, &ParamValues::default(), task).unwrap();
+    let b = t.draft(lights, &material, None, &ParamValues::default(), task).unwrap();
     let mut q = PointsBuf::default();
     at.iter().for_each(|n| q.push(n.as_vec3(), Vec3::X, n.as_vec3(), Vec3::ZERO));
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; at.len()]);

@@ -1,6 +1,7 @@
 use super::bake::seen;
 use super::*;
 use crate::trial;
+use crate::trial::Certified;
 use steradian_base::{ParamValues, Params as _};
 
 /// The factors and their report.
@@ -15,7 +16,7 @@ fn factors(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> (Factors, Rep
 
 /// The error that the certificate states.
 fn error(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> f64 {
-    trial::bake("factored_lighting", lights, spec, params, None).certificate().error
+    trial::bake("factored_lighting", lights, spec, params, None).certified().error
 }
 
 fn detail(c: &Report, name: &str) -> f64 {

@@ -1,5 +1,6 @@
 use super::light::moment;
 use super::*;
+use crate::trial::Certified;
 use crate::{AnyBake, PointsBuf, find};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -13,7 +14,7 @@ use steradian_brdf::parse;
 fn bake(lights: &Lights, spec: &str, params: &[(&str, f64)], task: &Task) -> Box<dyn AnyBake> {
     let values: ParamValues = params.iter().copied().collect();
     let material = Material::new(parse(spec).expect(spec));
-    find("gaussian-lobes").expect("registered").bake(lights, &material, None, &values, task).expect("baked")
+    find("gaussian-lobes").expect("registered").draft(lights, &material, None, &values, task).expect("baked")
 }
 
 fn params() -> Params {
@@ -53,7 +54,7 @@ fn phong_by_one_lobe_is_phongs_map() {
         let own = bake(&light, &spec, &[("lobes", 1.0)], &task);
         let map = find("phong-diffuse-maps").expect("registered");
         let material = Material::new(parse(&spec).expect("spec"));
-        let map = map.bake(&light, &material, None, &ParamValues::default(), &task).expect("baked");
+        let map = map.draft(&light, &material, None, &ParamValues::default(), &task).expect("baked");
         steradian_prefilter::probe::relative_rms(shade(&*own).into_iter().zip(shade(&*map)))
     };
     let errors = [20.0, 200.0].map(error);
@@ -108,7 +109,8 @@ fn one_chain_serves_every_material() {
     let first = bake(&light, "ggx:alpha=0.2", &[], &task);
     assert_eq!(counted.0.load(Ordering::Relaxed), 1);
     for spec in ["sgd:chrome", "lambert:albedo=0.5", "abc:blue-acrylic"] {
-        let other = first.with_material(&Material::new(parse(spec).expect(spec)), &task).expect("linked");
+        let other =
+            first.preview(None, Some(&Material::new(parse(spec).expect(spec))), &task).expect("linked");
         assert_eq!(counted.0.load(Ordering::Relaxed), 1);
         let anew = bake(&light, spec, &[], &Task::quiet());
         assert_eq!(shade(&*other), shade(&*anew), "{spec}");
@@ -168,7 +170,7 @@ fn stretched_lobes_are_sums_of_lookups() {
         let brdf = Arc::new(Lobes::new("lobes:a".into(), fit.clone()));
         let values: ParamValues = [("taps", taps)].into_iter().collect();
         let t = find("gaussian-lobes").expect("registered");
-        let b = t.bake(&light, &Material::new(brdf), None, &values, &task).expect("baked");
+        let b = t.draft(&light, &Material::new(brdf), None, &values, &task).expect("baked");
         let want = (0..64).map(|k| {
             let [n, t, wo] = point(k).map(|v| v.as_dvec3());
             let local = |d: DVec3| DVec3::new(d.dot(t), d.dot(n.cross(t)), d.dot(n));
@@ -229,7 +231,7 @@ fn lobes_beside_the_plane_are_sums_of_lookups() {
     let brdf: Arc<dyn steradian_brdf::Brdf> = Arc::new(Lobes::new("lobes:a".into(), brushed()));
     let t = find("gaussian-lobes").expect("registered");
     let material = Material::new(brdf.clone());
-    let b = t.bake(&light, &material, None, &ParamValues::default(), &task).expect("baked");
+    let b = t.draft(&light, &material, None, &ParamValues::default(), &task).expect("baked");
     // Seen from all sides of the brushing.
     let turned = |k: usize| {
         let [n, t, wo] = point(k);
@@ -277,7 +279,7 @@ pub(super) fn on_mesh(
     values: &ParamValues,
 ) -> Box<dyn AnyBake> {
     let t = find("gaussian-lobes").expect("registered");
-    t.bake(light, material, g, values, &Task::quiet()).expect("baked")
+    t.draft(light, material, g, values, &Task::quiet()).expect("baked")
 }
 
 fn radiance(b: &dyn AnyBake, q: &PointsBuf) -> [Vec<f32>; 3] {
@@ -314,7 +316,7 @@ fn a_sphere_shades_as_without_visibility() {
     for (visibility, bands) in treatments() {
         let b = on_mesh(&light, &material, Some(&g), &seen_by(visibility, bands));
         assert_eq!(radiance(&*b, &q), open, "{visibility} {bands}");
-        let detail = |name: &str| b.certificate().figure(name);
+        let detail = |name: &str| b.certified().figure(name);
         assert_eq!(detail("visibility of lobes, mean"), Some(1.0));
         assert_eq!(detail("weight whose visibility was below 0 and is cut"), Some(0.0));
     }
@@ -434,14 +436,13 @@ fn shadowed_bakes_are_saved_and_relinked() {
         assert!(sum(&shaded) < 0.95 * sum(&open), "{} of {}", sum(&shaded), sum(&open));
         let loaded = t.load(&b.save()).expect("loaded");
         assert_eq!(radiance(&*loaded, &q), shaded, "{visibility}");
-        let other = b.with_material(&second, &Task::quiet()).expect("linked");
-        let other = other.with_light(&lights::smooth(), &Task::quiet()).expect("linked");
+        let other = b.preview(Some(&lights::smooth()), Some(&second), &Task::quiet()).expect("linked");
         let anew = on_mesh(&lights::smooth(), &second, Some(&g), &values);
         assert_eq!(radiance(&*other, &q), radiance(&*anew, &q), "{visibility}");
-        assert!(b.certificate().metric.contains("paths"), "{}", b.certificate().metric);
+        assert!(b.certified().metric.contains("paths"), "{}", b.certified().metric);
     }
     let e = t
-        .bake(&lights::studio(), &first, None, &seen_by("published", 4), &Task::quiet())
+        .draft(&lights::studio(), &first, None, &seen_by("published", 4), &Task::quiet())
         .err()
         .expect("no mesh");
     assert_eq!(e.to_string(), "gaussian_lobes: bakes per site of a mesh: give one (`mesh`)");

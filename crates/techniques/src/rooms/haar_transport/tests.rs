@@ -39,7 +39,7 @@ fn at_vertices_with(
     let material = Material::new(steradian_brdf::parse("lambert:albedo=0.5").unwrap());
     let geometry = Geometry::new(Arc::new(mesh.clone()), Sites::Vertices);
     let mut b: Box<dyn AnyBake> =
-        find(slug).unwrap().bake(light, &material, Some(&geometry), &params, &Task::quiet()).unwrap();
+        find(slug).unwrap().draft(light, &material, Some(&geometry), &params, &Task::quiet()).unwrap();
     b.frame(&View { light_rotation: turn, ..View::default() });
     let mut q = PointsBuf::default();
     for (k, (n, p)) in mesh.normals.iter().zip(&mesh.positions).enumerate() {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::shared::trials::specimens;
+use crate::trial::Certified;
 use crate::{AnyBake, PointsBuf, find};
 use glam::{DVec3, Vec3};
 use steradian_base::ParamValues;
@@ -12,7 +13,7 @@ use steradian_sphere::Frame;
 fn bake_in(slug: &str, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let values: ParamValues = params.iter().copied().collect();
     let material = Material::new(parse_with(spec, Files::Any).unwrap());
-    find(slug).unwrap().bake(lights, &material, None, &values, &Task::quiet()).unwrap()
+    find(slug).unwrap().draft(lights, &material, None, &values, &Task::quiet()).unwrap()
 }
 
 fn bake(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
@@ -184,7 +185,7 @@ fn lobes_from_a_file_are_kept_in_the_bake() {
     assert_eq!(shade(&*loaded), shade(&*b));
     // A changed light needs the reflectance for its certificate.
     let other = loaded.with_light(&lights::studio(), &Task::quiet()).unwrap();
-    assert_eq!(other.certificate().known, steradian_base::Evidence::Measured);
+    assert_eq!(other.certified().known, steradian_base::Evidence::Measured);
 }
 
 #[test]
@@ -200,11 +201,11 @@ fn varied(lights: &Lights, planes: Planes, params: &[(&str, f64)]) -> Box<dyn An
     let values: ParamValues = params.iter().copied().collect();
     let base = steradian_brdf::parse("lafortune:cx=-1,cy=-1,cz=1,n=1,ks=0").unwrap();
     let m = Material::new(base).with_textures(planes);
-    find("lafortune_env").unwrap().bake(lights, &m, None, &values, &Task::quiet()).unwrap()
+    find("lafortune_env").unwrap().draft(lights, &m, None, &values, &Task::quiet()).unwrap()
 }
 
 fn figure(b: &dyn AnyBake, name: &str) -> f64 {
-    b.certificate().figure(name).unwrap_or_else(|| panic!("no {name}"))
+    b.certified().figure(name).unwrap_or_else(|| panic!("no {name}"))
 }
 
 /// Constant images give the reflectance with the same parameters, up to single precision.
@@ -223,7 +224,7 @@ fn images_alike_are_one_reflectance() {
     println!("images alike: {error:.1e}");
     assert!(error < 1e-6, "{error}");
     assert_eq!((figure(&*b, "maps"), figure(&*b, "error between maps")), (1.0, 0.0));
-    let [one, other] = [&b, &plain].map(|b| b.certificate().error);
+    let [one, other] = [&b, &plain].map(|b| b.certified().error);
     assert!((one / other - 1.0).abs() < 0.15, "{one} {other}");
     // With two exponents each has a map of its own: nothing is mixed.
     let two = planes.with("rho_2", constant([0.3; 3])).with("n_2", constant([5.0; 3]));
@@ -240,7 +241,7 @@ fn what_no_image_says_is_the_reflectances() {
     let planes = Planes::default().with("rho_d", specimens::texture(|_, _| [0.0; 3]));
     let m = Material::new(steradian_brdf::parse(spec).unwrap()).with_textures(planes);
     let params = [("size", 32.0), ("exponents", 33.0)].into_iter().collect();
-    let b = find("lafortune_env").unwrap().bake(&light, &m, None, &params, &Task::quiet()).unwrap();
+    let b = find("lafortune_env").unwrap().draft(&light, &m, None, &params, &Task::quiet()).unwrap();
     let black = "lafortune:cx=-1,cy=-1,cz=1,n=1,ks=0,kd=1";
     let white = shade(&*bake(&light, black, &[]));
     let Form::Lafortune(own) = steradian_brdf::parse(spec).unwrap().form() else { panic!("lobes") };
@@ -301,9 +302,9 @@ fn varying_lobes_err_by_what_is_stated() {
         b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
         let got = (0..q.len()).map(|i| [0, 1, 2].map(|c| f64::from(rgb[c][i])));
         let error = steradian_prefilter::probe::relative_rms(got.zip(want));
-        let stated = b.certificate().error;
+        let stated = b.certified().error;
         let (maps, between) = (figure(&*b, "maps"), figure(&*b, "error between maps"));
-        let alone = many.certificate().error;
+        let alone = many.certified().error;
         println!(
             "{name}: {error:.4}, stated {stated:.4}, by 33 maps {alone:.4}; {maps} maps, {between:.4} between"
         );

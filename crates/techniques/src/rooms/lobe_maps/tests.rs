@@ -1,4 +1,5 @@
 use super::*;
+use crate::trial::Certified;
 use crate::{AnyBake, PointsBuf, find};
 use glam::{DVec2, DVec3, Vec3};
 use std::sync::Arc;
@@ -7,7 +8,7 @@ use steradian_brdf::{Brdf, Domain, Info, Sample, SharedBrdf};
 
 fn bake_in(slug: &str, lights: &Lights, brdf: SharedBrdf, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let values: ParamValues = params.iter().copied().collect();
-    find(slug).unwrap().bake(lights, &Material::new(brdf), None, &values, &Task::quiet()).unwrap()
+    find(slug).unwrap().draft(lights, &Material::new(brdf), None, &values, &Task::quiet()).unwrap()
 }
 
 fn bake(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
@@ -166,7 +167,7 @@ fn one_printed_map_keeps_the_integral_of_f() {
 #[test]
 fn the_error_goes_to_zero_as_the_lobe_narrows() {
     let params = [("elevations", 9.0)];
-    let error = |n: f64| bake(&lights::smooth(), &format!("phong:n={n}"), &params).certificate().error;
+    let error = |n: f64| bake(&lights::smooth(), &format!("phong:n={n}"), &params).certified().error;
     let errors = [10.0, 100.0, 1000.0].map(error);
     // The maps themselves are within 0.005.
     assert!(errors[0] > 1.4 * errors[1] && errors[2] < 5e-3, "{errors:?}");
@@ -176,7 +177,7 @@ fn the_error_goes_to_zero_as_the_lobe_narrows() {
 #[test]
 fn every_freedom_lowers_the_error() {
     let (light, nine) = (lights::studio(), ("elevations", 9.0));
-    let error = |params: &[(&str, f64)]| bake(&light, "ggx:alpha=0.36,f0=1", params).certificate().error;
+    let error = |params: &[(&str, f64)]| bake(&light, "ggx:alpha=0.36,f0=1", params).certified().error;
     let printed = error(&[("dimensions", 2.0), ("axis", 0.0), nine]);
     let stack = error(&[("axis", 0.0), nine]);
     let leaning = error(&[nine]);

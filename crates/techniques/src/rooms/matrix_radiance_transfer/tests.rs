@@ -1,5 +1,6 @@
 use super::*;
 use crate::AnyBake;
+use crate::trial::Certified;
 use crate::trial::{at_vertices, detail, farthest, on_mesh, points_without_sites_are_black};
 use glam::Mat3;
 use steradian_scene::{Mesh, shapes};
@@ -27,7 +28,7 @@ fn lambert_s_rows_are_diffuse_transfer() {
 fn certificates_hold_paths_against_it() {
     let mesh = shapes::torus(0.7, 0.3, 24);
     let b = bake("ggx:alpha=0.5,f0=0.9", &mesh, &[]);
-    assert!(b.certificate().error < 0.15, "{}", b.certificate().error);
+    assert!(b.certified().error < 0.15, "{}", b.certified().error);
 }
 
 #[test]

@@ -11,7 +11,7 @@ fn mirror(f0: &str) -> Material {
 
 fn bake(lights: &Lights, f0: &str, size: f64) -> Result<Box<dyn crate::AnyBake>, BakeError> {
     let values = ParamValues::from_iter([("size", size)]);
-    find("mirror-map").unwrap().bake(lights, &mirror(f0), None, &values, &Task::quiet())
+    find("mirror-map").unwrap().draft(lights, &mirror(f0), None, &values, &Task::quiet())
 }
 
 fn radiance(b: &dyn crate::AnyBake, n: DVec3, wo: DVec3) -> [f32; 3] {

@@ -9,7 +9,7 @@ fn radiance(lights: &Lights, spec: &str, params: &[(&str, f64)], n: DVec3, wo: D
     let material = Material::new(steradian_brdf::parse(spec).unwrap());
     let values: ParamValues = params.iter().copied().collect();
     let t = find("phong-diffuse-maps").unwrap();
-    let b = t.bake(lights, &material, None, &values, &Task::quiet()).unwrap();
+    let b = t.draft(lights, &material, None, &values, &Task::quiet()).unwrap();
     let mut q = PointsBuf::default();
     q.push(n.as_vec3(), Vec3::X, wo.as_vec3(), Vec3::ZERO);
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0]);

@@ -1,5 +1,6 @@
 use super::*;
 use crate::AnyBake;
+use crate::trial::Certified;
 use crate::trial::vertices;
 use crate::trial::{at_vertices, farthest, on_mesh};
 use crate::{Geometry, Sites, find};
@@ -20,12 +21,12 @@ fn ring() -> Mesh {
 fn the_certificate_sees_shadows() {
     let mesh = ring();
     let smooth = bake(&lights::smooth(), &mesh, &[]);
-    let c = smooth.certificate();
+    let c = smooth.certified();
     assert!(c.error < 0.03 && c.error > 1e-4, "{}", c.error);
     assert!(c.metric.contains("points of the mesh"));
     let sunny = bake(&lights::sunny(), &mesh, &[]);
     // Both include the error of interpolation between vertices; five bands lose more of a sun.
-    assert!(sunny.certificate().error > 1.3 * c.error, "{} {}", sunny.certificate().error, c.error);
+    assert!(sunny.certified().error > 1.3 * c.error, "{} {}", sunny.certified().error, c.error);
 }
 
 /// Against paths: the certificate of two events holds for light that was reflected once.
@@ -34,7 +35,7 @@ fn reflected_light_is_that_of_paths() {
     let mesh = ring();
     for bounces in [2.0, 5.0] {
         let b = bake(&lights::quadratic(), &mesh, &[("bounces", bounces)]);
-        assert!(b.certificate().error < 0.02, "{bounces}: {}", b.certificate().error);
+        assert!(b.certified().error < 0.02, "{bounces}: {}", b.certified().error);
         let direct = bake(&lights::quadratic(), &mesh, &[]);
         let (more, less) = (at_vertices(&*b, &mesh), at_vertices(&*direct, &mesh));
         assert!(more.iter().zip(&less).all(|(a, b)| a[0] > b[0] - 2e-3));
@@ -57,7 +58,7 @@ fn slots_have_the_data_that_they_have_among_all() {
             let material = Material::new(steradian_brdf::parse("lambert:albedo=0.5").unwrap());
             let params = [("bounces", bounces), ("precision", 0.05)].into_iter().collect();
             let t = find("prt_diffuse").unwrap();
-            t.bake(&lights::smooth(), &material, Some(g), &params, &Task::quiet()).unwrap()
+            t.draft(&lights::smooth(), &material, Some(g), &params, &Task::quiet()).unwrap()
         };
         let (whole, part) = (of(&all), of(&lower));
         let (want, got) = (at_vertices(&*whole, &mesh), at_vertices(&*part, &mesh));
@@ -67,7 +68,7 @@ fn slots_have_the_data_that_they_have_among_all() {
             assert!(got[..first].iter().all(|l| *l == [0.0; 3]));
         }
         // The certificate's points lie in the slot that has data.
-        assert!(part.certificate().error < 0.1, "{bounces}: {}", part.certificate().error);
+        assert!(part.certified().error < 0.1, "{bounces}: {}", part.certified().error);
     }
 }
 
@@ -162,7 +163,7 @@ fn a_normal_map_asks_for_other_normals() {
         let given = said.map(|on: bool| ("normals", f64::from(u8::from(on))));
         let params = given.into_iter().chain([("bands", 2.0), ("precision", 0.05)]).collect();
         let technique = find("prt_diffuse").unwrap();
-        let b = technique.bake(&light, &material(bumpy), Some(&geometry), &params, &Task::quiet()).unwrap();
+        let b = technique.draft(&light, &material(bumpy), Some(&geometry), &params, &Task::quiet()).unwrap();
         assert_eq!(b.params().0["normals"].to_string(), expected, "{said:?} {bumpy}");
     }
 }

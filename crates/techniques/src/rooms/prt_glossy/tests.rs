@@ -1,4 +1,5 @@
 use super::*;
+use crate::trial::Certified;
 use crate::trial::{at_vertices, farthest, on_mesh};
 use glam::Mat3;
 use steradian_scene::{Mesh, shapes};
@@ -20,8 +21,8 @@ fn errors_fall_with_the_bands() {
     let light = lights::smooth();
     let errors = [2.0, 3.0, 5.0].map(|bands| {
         let b = bake(&light, &mesh, &[("bands", bands)]);
-        assert!(b.certificate().metric.contains("points of the mesh"));
-        b.certificate().figure("error, mean of the probes").unwrap()
+        assert!(b.certified().metric.contains("points of the mesh"));
+        b.certified().figure("error, mean of the probes").unwrap()
     });
     assert!(errors.windows(2).all(|w| w[1] < 0.8 * w[0]), "{errors:?}");
     // The remaining error is that of interpolation between vertices.

@@ -10,7 +10,7 @@ use steradian_sphere::Frame;
 fn bake(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let material = Material::new(steradian_brdf::parse(spec).unwrap());
     let values: ParamValues = params.iter().copied().collect();
-    find("reflection-space-ibr").unwrap().bake(lights, &material, None, &values, &Task::quiet()).unwrap()
+    find("reflection-space-ibr").unwrap().draft(lights, &material, None, &values, &Task::quiet()).unwrap()
 }
 
 fn shade(b: &dyn AnyBake, points: &[ReferencePoint]) -> Vec<[f64; 3]> {

@@ -1,4 +1,5 @@
 use super::*;
+use crate::trial::Certified;
 use crate::trial::{bake, detail, judged, points, stated, suns_turn_and_are_saved};
 use glam::DVec3;
 use steradian_brdf::central::{Centre, Slice, Slices};
@@ -26,7 +27,7 @@ fn energy_chooses_the_orders_of_the_paper() {
     let b = bake("shrm", &light, "microfacet:sigma=0.2", &[("energy_epsilon", 0.03)], None);
     let (f, p) = (detail(&*b, "F"), detail(&*b, "P"));
     assert!((10.0..=13.0).contains(&f) && p == 2.0, "F = {f}, P = {p}");
-    assert!(b.certificate().missing_energy.unwrap() <= 0.03);
+    assert!(b.certified().missing_energy.unwrap() <= 0.03);
 }
 
 /// Against the reference: at most 5 % for views up to 60° at P ≤ 5, and where the certificate says.
@@ -91,7 +92,7 @@ fn a_sun_that_needs_more_than_maps_is_apart() {
 #[test]
 fn the_table_of_the_albedo_is_counted() {
     let b = bake("shrm", &lights::furnace(), "ggx:alpha=0.25,f0=0.9/0.6/0.3", &[], None);
-    let stated = b.certificate().error;
+    let stated = b.certified().error;
     assert!((1e-5..4e-3).contains(&stated), "{stated}");
 }
 
@@ -152,7 +153,7 @@ fn a_missed_tolerance_is_not_paid_for() {
     let made = |t| bake("shrm", &light, "ggx:alpha=0.36,f0=0.9", &[("lights", 0.0)], Some(t));
     let bakes = [0.3, 0.1, 0.03, 0.01].map(made);
     let bytes = bakes.each_ref().map(|b| b.bytes());
-    let errors = bakes.each_ref().map(|b| b.certificate().error);
+    let errors = bakes.each_ref().map(|b| b.certified().error);
     assert!(bytes.is_sorted() && bytes[3] < 25 << 20, "{bytes:?} {errors:?}");
     assert!(errors[3] > 0.01 && errors[3] < 1.1 * errors[2], "{errors:?}");
 }
@@ -180,7 +181,7 @@ fn the_whole_set_under_real_lights() {
             let all: Vec<_> = [10.0, 30.0, 45.0, 58.0].iter().flat_map(|v| points(30, *v)).collect();
             let error = judged(&[&*b], &light, spec, &all)[0];
             if error > 0.05 || detail(&*b, "P") > 5.0 {
-                failures.push(format!("{file} {spec}: {error:.4}, stated {:.4}", b.certificate().error));
+                failures.push(format!("{file} {spec}: {error:.4}, stated {:.4}", b.certified().error));
             }
         }
     }

@@ -1,5 +1,6 @@
 use crate::View;
 use crate::shared::trials::lights;
+use crate::trial::Certified;
 use crate::trial::{bake, detail, judged, points, shade, suns_turn_and_are_saved};
 use glam::{Mat3, Vec3};
 use steradian_prefilter::probe;
@@ -77,7 +78,7 @@ fn strands_take_a_cube_for_each_p() {
     assert_eq!(b.gpu().tables[0].level.layers, 6 * (p as usize + 1));
     let all: Vec<_> = [10.0, 40.0, 70.0].iter().flat_map(|v| points(40, *v)).collect();
     let error = judged(&[&*b], &light, spec, &all)[0];
-    assert!(error < 0.05 && b.certificate().error < 0.05, "{error} {}", b.certificate().error);
+    assert!(error < 0.05 && b.certified().error < 0.05, "{error} {}", b.certified().error);
 }
 
 /// The single map of the distant viewer leaves suns to exact shading too.

@@ -7,7 +7,7 @@ use steradian_light::DirectionalLight;
 fn bake(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let material = Material::new(steradian_brdf::parse(spec).unwrap());
     let values: ParamValues = params.iter().copied().collect();
-    find("split-sum").unwrap().bake(lights, &material, None, &values, &Task::quiet()).unwrap()
+    find("split-sum").unwrap().draft(lights, &material, None, &values, &Task::quiet()).unwrap()
 }
 
 fn radiance(b: &dyn AnyBake, n: DVec3, wo: DVec3) -> [f64; 3] {

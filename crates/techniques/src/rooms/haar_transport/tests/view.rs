@@ -10,6 +10,7 @@ use crate::rooms::haar_transport::visibility::{Pyramid, Scratch};
 use crate::rooms::haar_transport::weigh::{self, Place};
 use crate::tensors::{TensorFile, get_f32};
 use crate::trial;
+use crate::trial::Certified;
 use glam::Vec3;
 use steradian_brdf::parse;
 use steradian_formats::{Tensor, TensorData};
@@ -247,9 +248,9 @@ fn certificates_are_of_all_views() {
     let error = |wavelets: f64| {
         let params = params(&[("wavelets", wavelets)], "view");
         let t = find("haar_transport").unwrap();
-        let b = t.bake(&low_sun(), &material, Some(&g), &params, &Task::quiet()).unwrap();
-        assert_eq!(b.certificate().known, steradian_base::Evidence::Measured);
-        b.certificate().error
+        let b = t.draft(&low_sun(), &material, Some(&g), &params, &Task::quiet()).unwrap();
+        assert_eq!(b.certified().known, steradian_base::Evidence::Measured);
+        b.certified().error
     };
     let errors = [12.0, 200.0].map(error);
     assert!(errors[1] < 0.5 * errors[0] && errors[1] < 0.1, "{errors:?}");
