@@ -116,7 +116,7 @@ fn a_normal_map_asks_for_transfer_to_its_normals() {
     fs::write(dir.join("n.pfm"), [&b"PF\n16 16\n-1\n"[..], &texels.collect::<Vec<_>>()].concat())
         .expect("written");
     let picture = |more: &[&'static str]| {
-        let torus = ["render", "torus:segments=12", "-e", "sky:elevation=30", "-b", "lambert:albedo=0.5"];
+        let torus = ["render", "torus:segments=48", "-e", "sky:elevation=30", "-b", "lambert:albedo=0.5"];
         let size = ["-t", "prt-diffuse", "--size", "32x32", "--background", "none", "-o", "x.pfm"];
         well(dir, &[&torus[..], &size, more].concat());
         fs::read(dir.join("x.pfm")).expect("a picture")
