@@ -430,9 +430,7 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
 /// shades as one baked for that.
 fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
     let gpu = gpu()?;
-    // A quarter of the texels takes software adapters a quarter of the time.
-    let size = if gpu.is_software() && !steradian_testkit::full() { (128, 64) } else { (256, 128) };
-    let sky = |spec: &str| Lights::of_sky(spec, size);
+    let sky = |spec: &str| Lights::of_sky(spec, (256, 128));
     let (before, after) = (sky("sky:elevation=50,azimuth=20")?, sky("sky:elevation=35,azimuth=80")?);
     let light_rotation = Mat3::from_rotation_y(0.7);
     let view = View { light_rotation, ..View::default() };

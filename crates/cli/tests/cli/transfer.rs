@@ -6,6 +6,8 @@ use steradian_formats::{Limits, read_tensors};
 use steradian_transfer::Saved;
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n";
+/// As coarse as is not refined for techniques with data per vertex.
+const TORUS: &str = "torus:segments=48";
 
 #[test]
 fn points_get_their_columns_and_vertices_a_file() {
@@ -116,7 +118,7 @@ fn a_normal_map_asks_for_transfer_to_its_normals() {
     fs::write(dir.join("n.pfm"), [&b"PF\n16 16\n-1\n"[..], &texels.collect::<Vec<_>>()].concat())
         .expect("written");
     let picture = |more: &[&'static str]| {
-        let torus = ["render", "torus:segments=48", "-e", "sky:elevation=30", "-b", "lambert:albedo=0.5"];
+        let torus = ["render", TORUS, "-e", "sky:elevation=30", "-b", "lambert:albedo=0.5"];
         let size = ["-t", "prt-diffuse", "--size", "32x32", "--background", "none", "-o", "x.pfm"];
         well(dir, &[&torus[..], &size, more].concat());
         fs::read(dir.join("x.pfm")).expect("a picture")
@@ -242,23 +244,12 @@ fn points_and_comparisons_take_transfer_of_a_file() {
     let rows = "px,py,pz,nx,ny,nz,vx,vy,vz\n0.9,0.24,0,0.6,0.8,0,0,1,0\n0.45,0.1,0,-1,0.1,0,-1,1,1\n";
     fs::write(dir.join("p.csv"), rows).expect("written");
     fs::write(dir.join("q.csv"), rows.replace("0.45", "0.44")).expect("written");
-    let transfer = ["transfer", "torus:segments=48", "--tolerance", "0.02", "--bands", "4", "--quiet"];
+    let transfer = ["transfer", TORUS, "--tolerance", "0.02", "--bands", "4", "--quiet"];
     well(dir, &[&transfer[..], &["-p", "p.csv", "-o", "p.safetensors"]].concat());
     well(dir, &[&transfer[..], &["-o", "t.safetensors"]].concat());
     let eval = |technique: &'static str, points: &'static str, file: &'static [&'static str]| {
-        let fixed = [
-            "eval",
-            "-e",
-            "overcast",
-            "-b",
-            "lambert",
-            "--mesh",
-            "torus:segments=48",
-            "-t",
-            technique,
-            "-p",
-            points,
-        ];
+        let fixed =
+            ["eval", "-e", "overcast", "-b", "lambert", "--mesh", TORUS, "-t", technique, "-p", points];
         let params = ["--param", "bands=4", "--param", "precision=0.02"];
         [&fixed[..], &params, file].concat()
     };
@@ -274,8 +265,7 @@ fn points_and_comparisons_take_transfer_of_a_file() {
     );
     fails(dir, 2, "takes no transfer of a file", &eval("haar_transport", "p.csv", file));
     let compare = |more: &[&'static str]| {
-        let line =
-            ["compare", "torus:segments=48", "-e", "overcast", "-b", "lambert", "--size", "24x24", "--json"];
+        let line = ["compare", TORUS, "-e", "overcast", "-b", "lambert", "--size", "24x24", "--json"];
         [&line[..], &["--transfer", "t.safetensors"], more].concat()
     };
     let text = well(dir, &compare(&["-t", "prt_diffuse", "--param", "bands=4", "-t", "sh_irradiance"]));
@@ -291,23 +281,12 @@ fn points_and_comparisons_take_transfer_of_a_file() {
 fn transfer_of_a_file_takes_the_place_of_rays() {
     let d = tempfile::tempdir().expect("a folder");
     let dir = d.path();
-    let transfer = ["transfer", "torus:segments=48", "--tolerance", "0.02", "--bands", "4", "--quiet"];
+    let transfer = ["transfer", TORUS, "--tolerance", "0.02", "--bands", "4", "--quiet"];
     well(dir, &[&transfer[..], &["-o", "t.safetensors"]].concat());
     well(dir, &[&transfer[..], &["--matrices", "-o", "m.safetensors"]].concat());
     let render = |technique: &str, more: &[&str]| {
-        let fixed = [
-            "render",
-            "torus:segments=48",
-            "-e",
-            "overcast",
-            "-b",
-            "lambert",
-            "--size",
-            "24",
-            "--quiet",
-            "-t",
-            technique,
-        ];
+        let fixed =
+            ["render", TORUS, "-e", "overcast", "-b", "lambert", "--size", "24", "--quiet", "-t", technique];
         let params = ["--param", "bands=4", "--param", "precision=0.02", "-o", "x.pfm"];
         well(dir, &[&fixed[..], &params, more].concat());
         fs::read(dir.join("x.pfm")).expect("a picture")
@@ -317,20 +296,10 @@ fn transfer_of_a_file_takes_the_place_of_rays() {
     }
     // Matrices take other rays than vectors alone.
     render("prt_diffuse", &["--transfer", "m.safetensors"]);
-    let bake = [
-        "bake",
-        "overcast",
-        "-b",
-        "lambert",
-        "-t",
-        "prt_diffuse",
-        "--param",
-        "bands=3",
-        "--mesh",
-        "torus:segments=48",
-    ];
+    let bake =
+        ["bake", "overcast", "-b", "lambert", "-t", "prt_diffuse", "--param", "bands=3", "--mesh", TORUS];
     well(dir, &[&bake[..], &["--transfer", "t.safetensors", "-o", "b.safetensors"]].concat());
-    well(dir, &["render", "torus:segments=48", "--bake", "b.safetensors", "--size", "24", "-o", "b.pfm"]);
+    well(dir, &["render", TORUS, "--bake", "b.safetensors", "--size", "24", "-o", "b.pfm"]);
     let made = |mesh: &'static str, technique: &'static str, bands: &'static str| {
         let made = [
             "render",
@@ -347,30 +316,19 @@ fn transfer_of_a_file_takes_the_place_of_rays() {
         [&made[..], &["-t", technique, "--param", bands]].concat()
     };
     fails(dir, 3, "transfer of another mesh: its digest is", &made("knot", "prt_diffuse", "bands=4"));
-    fails(
-        dir,
-        3,
-        "transfer of 4 bands, where 5 are asked for",
-        &made("torus:segments=48", "prt_diffuse", "bands=5"),
-    );
-    fails(
-        dir,
-        3,
-        "4 bands of visibility, of 7 that are needed",
-        &made("torus:segments=48", "prt_glossy", "bands=4"),
-    );
+    fails(dir, 3, "transfer of 4 bands, where 5 are asked for", &made(TORUS, "prt_diffuse", "bands=5"));
+    fails(dir, 3, "4 bands of visibility, of 7 that are needed", &made(TORUS, "prt_glossy", "bands=4"));
     fails(
         dir,
         3,
         "has 1 scattering events",
-        &[&made("torus:segments=48", "prt_diffuse", "bands=4")[..], &["--param", "bounces=2"]].concat(),
+        &[&made(TORUS, "prt_diffuse", "bands=4")[..], &["--param", "bounces=2"]].concat(),
     );
-    let bare =
-        ["render", "torus:segments=48", "-t", "prt_diffuse", "-o", "no.png", "--transfer", "b.safetensors"];
+    let bare = ["render", TORUS, "-t", "prt_diffuse", "-o", "no.png", "--transfer", "b.safetensors"];
     fails(dir, 3, "b.safetensors: holds no transfer", &bare);
     // Techniques that take none say which do.
     let none = "takes no transfer of a file with these parameters: leave it out, or choose";
-    fails(dir, 2, none, &made("torus:segments=48", "sh_brdf", "bands=4"));
-    fails(dir, 2, none, &made("torus:segments=48", "haar_transport", "bands=4"));
+    fails(dir, 2, none, &made(TORUS, "sh_brdf", "bands=4"));
+    fails(dir, 2, none, &made(TORUS, "haar_transport", "bands=4"));
     assert!(!dir.join("no.png").exists());
 }

@@ -100,7 +100,7 @@ impl Session {
         bumpy.maps.normal = bumpy.maps.normal.or_else(|| bumps.clone());
         let material = &bumpy;
         let (bake, direct, lights) = match method {
-            Method::Reference if self.shadows == Shadows::Lobe => {
+            Method::Reference if lobe => {
                 let mut exact = reference(material, under, task)?;
                 self.shadow(&mut exact, under.lights, &bvh);
                 return Ok(exact);
