@@ -33,9 +33,7 @@ pub(super) fn diffuse(brdf: &dyn Brdf, kind: Kind) -> [f64; 3] {
     for whole in &wholes {
         most.iter_mut().zip(whole.albedo).for_each(|(m, a)| *m = m.min(a.max(0.0)));
     }
-    let mut best = (f64::INFINITY, [0.0; 3]);
-    for found in slice::diffuse(brdf, kind.stretched) {
-        let diffuse = std::array::from_fn(|c| f64::min(found[c], most[c]));
+    let mean_error = |diffuse: [f64; 3]| -> f64 {
         let error = |whole: &Slice| {
             let slice = whole.less(diffuse);
             let steps = if kind.stretched { DIFFUSE_STEPS } else { refine::STEPS };
@@ -46,7 +44,15 @@ pub(super) fn diffuse(brdf: &dyn Brdf, kind: Kind) -> [f64; 3] {
                 if kind.stretched { 0.5 * (own + all) } else { all }
             })
         };
-        let mean = wholes.each_ref().map(error).iter().sum();
+        wholes.each_ref().map(error).iter().sum()
+    };
+    let tried: Vec<[f64; 3]> = slice::diffuse(brdf, kind.stretched)
+        .into_iter()
+        .map(|found| std::array::from_fn(|c| f64::min(found[c], most[c])))
+        .collect();
+    let means: Vec<f64> = tried.par_iter().with_max_len(1).map(|diffuse| mean_error(*diffuse)).collect();
+    let mut best = (f64::INFINITY, [0.0; 3]);
+    for (mean, diffuse) in means.into_iter().zip(tried) {
         // A larger one must be worth it.
         if mean < best.0 - 0.05 {
             best = (mean, diffuse);
@@ -59,17 +65,24 @@ pub(super) fn diffuse(brdf: &dyn Brdf, kind: Kind) -> [f64; 3] {
 pub(super) fn candidates(slices: &[Slice], kind: Kind, task: &Task) -> Result<Vec<Vec<Fitted>>, Cancelled> {
     let mut found: Vec<Vec<Fitted>> = Vec::with_capacity(slices.len());
     task.begin("fitting", 2 * slices.len() as u64);
-    let mut forth: Option<Fitted> = None;
-    for slice in slices {
+    let searched = |slice: &Slice| {
         task.check()?;
-        let mut all = refine::search(slice, kind, 3, refine::STEPS);
+        let all = refine::search(slice, kind, 3, refine::STEPS);
+        task.advance(1);
+        Ok(all)
+    };
+    let searched: Vec<Result<Vec<Fitted>, Cancelled>> =
+        slices.par_iter().with_max_len(1).map(searched).collect();
+    let mut forth: Option<Fitted> = None;
+    for (slice, all) in slices.iter().zip(searched) {
+        task.check()?;
+        let mut all = all?;
         forth = match forth {
             Some(before) => Some(refine::follow(slice, &before, kind)),
             None => least(all.clone()),
         };
         all.extend(forth.clone());
         found.push(all);
-        task.advance(1);
     }
     let mut back: Option<Fitted> = None;
     for (slice, all) in slices.iter().zip(&mut found).rev() {

@@ -18,68 +18,79 @@ use steradian_simd::{Arch, Kernel};
 /// and e^−80 give the same errors of fits to four digits.
 const LN_TAIL: f64 = -40.0;
 
-/// I₀(x) e^(−x), x ≥ 0, to 2e-7 (Abramowitz & Stegun 9.8.1, 9.8.2).
+/// Polynomials of Abramowitz & Stegun 9.8.1 to 9.8.4: below [`JOIN`] I₀ and I₁/x in (x/3.75)², beyond it √x
+/// e^(−x) I₀ and √x e^(−x) I₁ in 3.75/x.
+const NEAR: [[f64; 7]; 2] = [
+    [1.0, 3.515_622_9, 3.089_942_4, 1.206_749_2, 0.265_973_2, 0.036_076_8, 0.004_581_3],
+    [0.5, 0.878_905_94, 0.514_988_69, 0.150_849_34, 0.026_587_33, 0.003_015_32, 0.000_324_11],
+];
+const BEYOND: [[f64; 9]; 2] = [
+    [
+        0.398_942_28,
+        0.013_285_92,
+        0.002_253_19,
+        -0.001_575_65,
+        0.009_162_81,
+        -0.020_577_06,
+        0.026_355_37,
+        -0.016_476_33,
+        0.003_923_77,
+    ],
+    [
+        0.398_942_28,
+        -0.039_880_24,
+        -0.003_620_18,
+        0.001_638_01,
+        -0.010_315_55,
+        0.022_829_67,
+        -0.028_953_12,
+        0.017_876_54,
+        -0.004_200_59,
+    ],
+];
+/// Where these polynomials meet.
+const JOIN: f64 = 3.75;
+/// From here on asymptotic series serve ([`far_bessel0`], [`far_lag`]).
+const FAR: f64 = 15.0;
+
+/// I₀(x) e^(−x), x ≥ 0, to 2e-7.
 fn bessel0(x: f64) -> f64 {
-    if x > 15.0 {
+    if x > FAR {
         far_bessel0(x.recip())
-    } else if x < 3.75 {
-        let t = (x / 3.75) * (x / 3.75);
-        let p = polynomial(
-            t,
-            &[1.0, 3.515_622_9, 3.089_942_4, 1.206_749_2, 0.265_973_2, 0.036_076_8, 0.004_581_3],
-        );
-        p * (-x).exp()
+    } else if x < JOIN {
+        polynomial((x / JOIN) * (x / JOIN), &NEAR[0]) * (-x).exp()
     } else {
-        let p = polynomial(
-            3.75 / x,
-            &[
-                0.398_942_28,
-                0.013_285_92,
-                0.002_253_19,
-                -0.001_575_65,
-                0.009_162_81,
-                -0.020_577_06,
-                0.026_355_37,
-                -0.016_476_33,
-                0.003_923_77,
-            ],
-        );
-        p / x.sqrt()
+        polynomial(JOIN / x, &BEYOND[0]) / x.sqrt()
     }
 }
 
 /// 1 − I₁(x)/I₀(x), x ≥ 0: by the ratio's own asymptotic series where it is small.
 fn lag(x: f64) -> f64 {
-    if x > 15.0 {
-        return far_lag(x.recip());
-    }
-    let first = if x < 3.75 {
-        let t = (x / 3.75) * (x / 3.75);
-        let p = polynomial(
-            t,
-            &[0.5, 0.878_905_94, 0.514_988_69, 0.150_849_34, 0.026_587_33, 0.003_015_32, 0.000_324_11],
-        );
-        p * x * (-x).exp()
+    if x > FAR {
+        far_lag(x.recip())
+    } else if x < JOIN {
+        let t = (x / JOIN) * (x / JOIN);
+        1.0 - x * polynomial(t, &NEAR[1]) / polynomial(t, &NEAR[0])
     } else {
-        let p = polynomial(
-            3.75 / x,
-            &[
-                0.398_942_28,
-                -0.039_880_24,
-                -0.003_620_18,
-                0.001_638_01,
-                -0.010_315_55,
-                0.022_829_67,
-                -0.028_953_12,
-                0.017_876_54,
-                -0.004_200_59,
-            ],
-        );
-        p / x.sqrt()
-    };
-    1.0 - first / bessel0(x)
+        1.0 - polynomial(JOIN / x, &BEYOND[1]) / polynomial(JOIN / x, &BEYOND[0])
+    }
 }
 
+/// [`bessel0`] and [`lag`] without branches.
+#[inline(always)]
+fn bessel0_and_lag(x: f64) -> (f64, f64) {
+    let near = x.min(JOIN);
+    let t = (near / JOIN) * (near / JOIN);
+    let (p0, p1) = (polynomial(t, &NEAR[0]), polynomial(t, &NEAR[1]));
+    let beyond = x.max(JOIN);
+    let (q0, q1) = (polynomial(JOIN / beyond, &BEYOND[0]), polynomial(JOIN / beyond, &BEYOND[1]));
+    let inverse = 1.0 / x.max(FAR);
+    let (bessel, lag) =
+        if x < JOIN { (p0 * exp(-near), 1.0 - near * p1 / p0) } else { (q0 / beyond.sqrt(), 1.0 - q1 / q0) };
+    if x > FAR { (far_bessel0(inverse), far_lag(inverse)) } else { (bessel, lag) }
+}
+
+#[inline(always)]
 fn polynomial(t: f64, c: &[f64]) -> f64 {
     c.iter().rev().fold(0.0, |sum, c| sum * t + c)
 }
@@ -198,13 +209,14 @@ impl Swept {
     /// [`Self::slopes`] at each point, times the roots of the solid angles, in as many columns as `out` has.
     pub fn columns(&self, motions: &[Motion; 3], d: &[DVec3], root: &[f64], out: &mut [Vec<f64>]) {
         out.iter_mut().for_each(|to| to.resize(d.len(), 0.0));
-        let mut done = 0;
-        if self.sweep.is_none_or(|(kappa, ..)| kappa + self.lambda > 15.0 - LN_TAIL) {
-            let (groups, roots) = (d.as_chunks::<LANES>().0, root.as_chunks::<LANES>().0);
-            done = groups.len() * LANES;
-            steradian_simd::run(Columns { lobe: *self, motions, d: groups, root: roots, out });
+        let ((groups, _), (roots, _)) = (d.as_chunks::<LANES>(), root.as_chunks::<LANES>());
+        // The value counts where R − κ − λ > LN_TAIL: R > FAR there.
+        if self.sweep.is_none_or(|(kappa, ..)| kappa + self.lambda > FAR - LN_TAIL) {
+            steradian_simd::run(Columns::<false> { lobe: *self, motions, d: groups, root: roots, out });
+        } else {
+            steradian_simd::run(Columns::<true> { lobe: *self, motions, d: groups, root: roots, out });
         }
-        for i in done..d.len() {
+        for i in groups.len() * LANES..d.len() {
             for (to, v) in out.iter_mut().zip(self.slopes(motions, d[i])) {
                 to[i] = v * root[i];
             }
@@ -256,9 +268,9 @@ impl Swept {
 /// Points at a time: eight doubles are one register of AVX-512, or two of AVX2.
 const LANES: usize = 8;
 
-/// The value and its derivatives of a lobe so narrow that R > 15 wherever the value counts, times roots of
-/// solid angles, for the points of whole groups of lanes.
-struct Columns<'a> {
+/// The value and its derivatives of a lobe, times roots of solid angles, for the points of whole groups of
+/// lanes. Where the lobe is not `WIDE`, R > [`FAR`] wherever the value counts.
+struct Columns<'a, const WIDE: bool> {
     lobe: Swept,
     motions: &'a [Motion; 3],
     d: &'a [[DVec3; LANES]],
@@ -266,7 +278,7 @@ struct Columns<'a> {
     out: &'a mut [Vec<f64>],
 }
 
-impl Kernel for Columns<'_> {
+impl<const WIDE: bool> Kernel for Columns<'_, WIDE> {
     type Output = ();
 
     #[inline(always)]
@@ -288,13 +300,16 @@ impl Kernel for Columns<'_> {
                 let (along, off) = (dot(along, k), dot(across, k));
                 let whole = kappa + lambda;
                 let short = lambda * (lambda * off * off + 2.0 * kappa * below);
-                let r = (whole * whole - short).max(225.0).sqrt();
+                let least = if WIDE { 1e-12 } else { FAR };
+                let r = (whole * whole - short).max(least * least).sqrt();
                 let inverse = 1.0 / r;
                 let e = if round { -lambda * below } else { -short / (r + whole) };
                 let root = if e > LN_TAIL { root[k] } else { 0.0 };
-                let bessel = if round { 1.0 } else { far_bessel0(inverse) * scale };
+                let (bessel, lag) =
+                    if WIDE { bessel0_and_lag(r) } else { (far_bessel0(inverse), far_lag(inverse)) };
+                let bessel = if round { 1.0 } else { bessel * scale };
                 let value = peak * exp(e.max(-60.0)) * bessel * root;
-                let ratio = 1.0 - far_lag(inverse);
+                let ratio = 1.0 - lag;
                 let cosine = 1.0 - below;
                 let by_lambda = (lambda * (1.0 - off * off) + kappa * cosine) * inverse;
                 let leaning = lambda * along;
@@ -321,7 +336,7 @@ impl Kernel for Columns<'_> {
     }
 }
 
-/// [`bessel0`] of 1/t, t < 1/15.
+/// [`bessel0`] of 1/t, t < 1/[`FAR`].
 #[inline(always)]
 fn far_bessel0(t: f64) -> f64 {
     // 1/√(2π) (1 + t/8 + 9 t²/128 + …).
@@ -330,7 +345,7 @@ fn far_bessel0(t: f64) -> f64 {
     0.398_942_280_401_432_7 * p * t.sqrt()
 }
 
-/// [`lag`] of 1/t, t < 1/15.
+/// [`lag`] of 1/t, t < 1/[`FAR`].
 #[inline(always)]
 fn far_lag(t: f64) -> f64 {
     t * (0.5 + t * (0.125 + t * (0.125 + t * (25.0 / 128.0 + t * (13.0 / 32.0 + t * (1073.0 / 1024.0))))))
