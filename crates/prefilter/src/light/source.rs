@@ -10,7 +10,7 @@ use steradian_base::{Cancelled, Task};
 use steradian_light::Lights;
 use steradian_parallel::prelude::*;
 use steradian_simd::{Arch, Kernel};
-use steradian_sphere::sh::{self, Grid, ShRgb, ShTransform};
+use steradian_sphere::sh::{self, Basis, Grid, ShRgb, ShTransform};
 use steradian_sphere::{Layout, SphereImage};
 
 /// Rows of the image that filters see at most: they blur, so larger images are first reduced, area-exact.
@@ -138,16 +138,31 @@ fn add_with_plan(to: &mut ShRgb, small_lights: &[SmallLight], plan: Option<([usi
         let more = plan.analyze(planes.each_ref().map(Vec::as_slice));
         to.c.iter_mut().zip(&more.c).for_each(|(to, c)| to.iter_mut().zip(c).for_each(|(to, c)| *to += c));
     }
-    let mut y = vec![0.0; sh::count(to.order)];
-    for small_light in small_lights.iter().filter(|b| b.cell.is_none()) {
-        sh::eval(to.order, small_light.direction, &mut y);
-        for (l, b) in small_light.spread(to.order).into_iter().enumerate() {
-            for k in l * l..(l + 1) * (l + 1) {
-                (0..3).for_each(|c| to.c[c][k] += small_light.flux[c] * b * y[k]);
+    let order = to.order;
+    let disks: Vec<&SmallLight> = small_lights.iter().filter(|b| b.cell.is_none()).collect();
+    if disks.is_empty() {
+        return;
+    }
+    let basis = Basis::new(order);
+    for some in disks.chunks(DISKS) {
+        let harmonics = |disk: &&SmallLight| {
+            let mut y = vec![0.0; sh::count(order)];
+            basis.eval(order, disk.direction, &mut y);
+            let spread = disk.spread(order).into_iter().enumerate();
+            spread.for_each(|(l, b)| y[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|y| *y *= b));
+            y
+        };
+        let made: Vec<Vec<f64>> = some.par_iter().with_max_len(1).map(harmonics).collect();
+        to.c.par_iter_mut().enumerate().for_each(|(c, to)| {
+            for (disk, y) in some.iter().zip(&made) {
+                to.iter_mut().zip(y).for_each(|(to, y)| *to += disk.flux[c] * y);
             }
-        }
+        });
     }
 }
+
+/// Disks whose coefficients are held at a time: of 1024 bands eight megabytes each.
+const DISKS: usize = 8;
 
 /// The transform of an image whose texels are cells.
 pub(crate) fn cells_plan(order: usize, [width, height]: [usize; 2]) -> ShTransform {

@@ -122,8 +122,14 @@ impl Plan {
     ) {
         let stride = blocks.len() * RINGS;
         let per_m = maps * CELL * stride;
-        // All cells of terms up to the order are written below; those of higher ones stay 0.
-        buffer.resize((self.order + 1) * per_m, 0.0);
+        // All cells of terms up to the order are written below; those of higher ones stay 0. Memory that is
+        // not there yet comes as zeros from the system, which writes them where the threads below first touch
+        // it.
+        let cells = (self.order + 1) * per_m;
+        if buffer.capacity() < cells {
+            *buffer = vec![0.0; cells];
+        }
+        buffer.resize(cells, 0.0);
         if per_m == 0 {
             return;
         }

@@ -130,11 +130,11 @@ impl Bundle {
             return None;
         }
         let mut texels = vec![0.0; n * 3 * terms];
-        for (i, texel) in texels.chunks_exact_mut((3 * terms).max(1)).enumerate() {
+        texels.par_chunks_mut((3 * terms).max(1)).with_min_len(1 << 10).enumerate().for_each(|(i, texel)| {
             for (k, plane) in planes.iter().enumerate() {
                 (0..3).for_each(|c| texel[c * terms + k] = plane[c][i]);
             }
-        }
+        });
         Self::new(grid, terms, texels)
     }
 

@@ -10,6 +10,7 @@ use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
 use crate::shared::material::kernels::Kernels;
 use crate::shared::shrm::ANGLES;
 use steradian_base::{Elevation, Task};
+use steradian_parallel::prelude::*;
 use steradian_prefilter::Apart;
 use steradian_prefilter::shrm::spectral_error::SpectralError;
 
@@ -122,9 +123,11 @@ pub fn choose(
         return Ok(finer(best, tolerance, ample, &made));
     }
     let found = pursue(&suns, &scaled, more, task)?;
-    for count in COUNTS.into_iter().filter(|c| *c <= found.len()) {
-        task.check()?;
-        let next = made(with(&suns, &found, count), RESTS[0]);
+    let counts: Vec<usize> = COUNTS.into_iter().filter(|c| *c <= found.len()).collect();
+    task.check()?;
+    let tried: Vec<Choice> =
+        counts.into_par_iter().map(|count| made(with(&suns, &found, count), RESTS[0])).collect();
+    for next in tried {
         if next.cost(tolerance) < best.cost(tolerance) {
             best = next;
         }
