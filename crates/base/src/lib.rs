@@ -16,6 +16,6 @@ pub use certificate::{Certificate, Elevation, Evidence, Spread};
 pub use files::open_file;
 pub use outcome::{Missed, Outcome};
 pub use params::{Field, Kind, ParamError, ParamInfo, ParamValues, Params, Preset, Value, split_spec};
-pub use provenance::{Input, Provenance, without_folders};
+pub use provenance::{Hash, Input, Provenance, without_folders};
 pub use task::{Cancelled, Progress, Task};
 pub use unknown::{nearest, nearest_few, unknown};

@@ -21,16 +21,31 @@ impl Input {
     /// The input at `path`, hashed in pieces.
     pub fn of_file(path: &Path) -> std::io::Result<Self> {
         let (mut file, _) = crate::open_file(path)?;
-        let mut hash = Sha256::new();
-        let mut piece = vec![0u8; 1 << 16];
-        loop {
-            let n = std::io::Read::read(&mut file, &mut piece)?;
-            if n == 0 {
-                break;
-            }
-            hash.update(&piece[..n]);
-        }
-        Ok(Self { name: file_name(path), sha256: hex(&hash.finalize()) })
+        let mut hash = Hash::default();
+        std::io::copy(&mut file, &mut hash)?;
+        Ok(Self { name: file_name(path), sha256: hash.hex() })
+    }
+}
+
+/// SHA-256 of all that is written to it.
+#[derive(Clone, Default)]
+pub struct Hash(Sha256);
+
+impl Hash {
+    /// The digest of what was written so far, in hexadecimal.
+    pub fn hex(self) -> String {
+        hex(&self.0.finalize())
+    }
+}
+
+impl std::io::Write for Hash {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
     }
 }
 

@@ -73,6 +73,6 @@ pub use srgb::{linear_to_srgb, srgb_to_linear};
 pub use stored::StoredTexture;
 pub use tensors::{
     Tensor, TensorData, TensorFile, TensorNumbers, TensorParts, decode_tensors, read_tensors, write_tensors,
-    write_tensors_with,
+    write_tensors_as, write_tensors_with,
 };
 pub use texel::TexelFormat;

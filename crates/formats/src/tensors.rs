@@ -328,7 +328,16 @@ const MAX_HEADER: u64 = 4 << 20;
 
 /// Writes `file` to `path`, whole or not at all.
 pub fn write_tensors(path: &Path, file: &TensorFile) -> Result<(), FormatError> {
-    write_atomic(path, |w| file.encode(w))
+    write_tensors_as(path, file, &file.metadata)
+}
+
+/// [`write_tensors`] with other metadata.
+pub fn write_tensors_as(
+    path: &Path,
+    file: &TensorFile,
+    metadata: &BTreeMap<String, String>,
+) -> Result<(), FormatError> {
+    write_atomic(path, |w| file.encode_as(metadata, w))
 }
 
 /// Writes `file` and a tensor that is made meanwhile to `path`, whole or not at all: the same bytes as if it

@@ -2,19 +2,20 @@
 
 use crate::scene::below;
 use crate::{Error, Material, Method, Outcome, Session};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use steradian_base::{Certificate, Evidence, ParamValues, Task, Value, split_spec, unknown};
 use steradian_brdf::{Brdf, SharedBrdf, spec_without_folders};
-use steradian_formats::{Limits, TensorFile, write_tensors};
+use steradian_formats::{Limits, TensorFile, write_tensors_as};
 use steradian_relight::btf::Btf;
 use steradian_relight::polynomial::Basis;
 use steradian_scene::Mesh;
 use steradian_scene::surface::{NormalMap, Planes};
 use steradian_techniques::local::{Content, Plane};
 use steradian_techniques::{AnyLocal, LocalBake, find_local, locals};
-use steradian_techniques::{AnyTechnique, Geometry, SavedLocal, seal};
+use steradian_techniques::{AnyTechnique, Geometry, SavedLocal};
 
 /// A technique for directional and point lights with its parameters.
 #[derive(Clone)]
@@ -366,11 +367,7 @@ impl BakedLocal {
     /// Writes all of it.
     pub fn write(&self, path: &Path, session: &Session) -> Result<u64, Error> {
         session.check()?;
-        let mut tensors = self.tensors.clone();
-        tensors.metadata.extend(session.provenance_pairs());
-        steradian_techniques::Made::of(&self.brdf, self.bake.brdf().held(), "", 0.0, 0.0).save(&mut tensors);
-        seal(&mut tensors);
-        write_tensors(path, &tensors)?;
+        write_tensors_as(path, &self.tensors, &session.sealed(&self.tensors, BTreeMap::new()))?;
         Ok(std::fs::metadata(path).map_or(0, |m| m.len()))
     }
 }
@@ -387,7 +384,8 @@ impl Session {
         let start = Instant::now();
         let task = self.task.clone().with_tolerance(request.tolerance);
         let bake = local.bake(&brdf, None, None, &task)?;
-        let tensors = bake.save()?;
+        let mut tensors = bake.save()?;
+        steradian_techniques::Made::of(&request.brdf, bake.brdf().held(), "", 0.0, 0.0).save(&mut tensors);
         let c = bake.certificate().clone();
         self.note_error(format!("{} {:.3e} ({})", c.metric, c.error, c.known.word()));
         let seconds = start.elapsed().as_secs_f64();

@@ -1,16 +1,17 @@
 //! The session: limits, progress, provenance, and a listener for messages.
 
 use crate::{Error, Notice, Paths};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::{Input, ParamValues, Provenance, Task};
-use steradian_formats::Limits;
+use steradian_formats::{Limits, TensorFile};
 use steradian_light::load::Negative;
 use steradian_scene::shadow::{Blocker, LightAt, MapOptions, ShadowMaps, ShadowVolumes};
 use steradian_scene::{Bvh, Mesh};
-use steradian_techniques::AnyTechnique;
 use steradian_techniques::direct::{Direct, Suns};
 use steradian_techniques::local::LocalLights;
+use steradian_techniques::{AnyTechnique, seal};
 
 /// Where pictures are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -296,6 +297,20 @@ impl Session {
         let mut pairs = self.provenance.pairs();
         pairs.extend(self.notes.iter().cloned());
         pairs
+    }
+
+    /// The metadata that tensors of a bake are written with: their own, provenance, `more`, and the digest of
+    /// all.
+    pub(crate) fn sealed(
+        &self,
+        tensors: &TensorFile,
+        more: BTreeMap<String, String>,
+    ) -> BTreeMap<String, String> {
+        let mut metadata = tensors.metadata.clone();
+        metadata.extend(self.provenance_pairs());
+        metadata.extend(more);
+        seal(tensors, &mut metadata);
+        metadata
     }
 
     /// Provenance and recorded metadata, line by line, for the comment above a text.

@@ -13,5 +13,5 @@ mod trial;
 
 pub use bibliography::{bibtex, cards};
 pub use registry::{find, find_local, locals, registry};
-pub use saved::{BakedMesh, IN_FOLDER, Made, SavedBake, SavedError, SavedLocal, not_finite, seal};
+pub use saved::{BakedMesh, DIGEST, IN_FOLDER, Made, SavedBake, SavedError, SavedLocal, not_finite, seal};
 pub use steradian_technique::*;

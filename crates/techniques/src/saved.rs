@@ -6,7 +6,7 @@ use glam::Mat3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use steradian_base::{Input, without_folders};
+use steradian_base::{Hash, Input, without_folders};
 use steradian_brdf::{Files, SharedBrdf, parse_with, spec_without_folders};
 use steradian_formats::{FormatError, Limits, Tensor, TensorFile, read_tensors};
 use steradian_light::sky;
@@ -41,7 +41,8 @@ pub enum SavedError {
 pub const IN_FOLDER: &str = "bake.safetensors";
 
 const TECHNIQUE: &str = "steradian.technique";
-const DIGEST: &str = "steradian.digest";
+/// Key of the digest by which damage is found.
+pub const DIGEST: &str = "steradian.digest";
 const INPUT: &str = "steradian.input.";
 const BRDF: &str = "steradian.brdf";
 const ENVIRONMENT: &str = "steradian.environment";
@@ -334,17 +335,22 @@ fn name_of_light(spec: &str) -> String {
     spec.split(',').map(without_folders).collect::<Vec<_>>().join(",")
 }
 
-/// Adds the digest by which damage is found.
-pub fn seal(tensors: &mut TensorFile) {
-    let digest = digest(tensors);
-    tensors.metadata.insert(DIGEST.into(), digest);
+/// Adds the digest by which damage is found to the metadata that the tensors are written with.
+pub fn seal(tensors: &TensorFile, metadata: &mut BTreeMap<String, String>) {
+    metadata.remove(DIGEST);
+    let digest = digest(tensors, metadata);
+    metadata.insert(DIGEST.into(), digest);
 }
 
 /// Is the file undamaged? Files that record their inputs carry a digest; a bare [`AnyBake::save`] has
 /// neither.
 fn is_whole(t: &TensorFile) -> bool {
     match t.metadata.get(DIGEST) {
-        Some(d) => *d == digest(t),
+        Some(d) => {
+            let mut rest = t.metadata.clone();
+            rest.remove(DIGEST);
+            *d == digest(t, &rest)
+        }
         None => ![BRDF, ENVIRONMENT, ROTATE, EXPOSURE].iter().any(|k| t.metadata.contains_key(*k)),
     }
 }
@@ -353,14 +359,12 @@ fn is_named_so(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"))
 }
 
-/// Digest of the tensors and of all metadata.
-fn digest(t: &TensorFile) -> String {
-    let mut metadata = t.metadata.clone();
-    metadata.remove(DIGEST);
-    let mut bytes = Vec::new();
+/// Digest of the tensors and of all other metadata.
+fn digest(t: &TensorFile, metadata: &BTreeMap<String, String>) -> String {
+    let mut hash = Hash::default();
     // Tensors whose shapes do not fit are refused when they are written.
-    let _ = t.encode_as(&metadata, &mut bytes);
-    format!("sha256:{}", Input::of(Path::new(""), &bytes).sha256)
+    let _ = t.encode_as(metadata, &mut hash);
+    format!("sha256:{}", hash.hex())
 }
 
 /// The first tensor that holds NaN or infinity.
@@ -372,18 +376,24 @@ pub fn not_finite(t: &TensorFile) -> Option<&str> {
 mod tests {
     use super::*;
 
+    fn sealed(t: &mut TensorFile) {
+        let mut metadata = t.metadata.clone();
+        seal(t, &mut metadata);
+        t.metadata = metadata;
+    }
+
     #[test]
     fn a_seal_breaks_with_one_bit() {
         let mut t = TensorFile::default();
         t.tensors.insert("a".into(), Tensor::f32([2], vec![1.0, 2.0]));
-        seal(&mut t);
-        assert_eq!(t.metadata[DIGEST], digest(&t));
+        sealed(&mut t);
+        assert!(is_whole(&t));
         t.metadata.insert("other".into(), "text".into());
-        assert_ne!(t.metadata[DIGEST], digest(&t));
-        seal(&mut t);
+        assert!(!is_whole(&t));
+        sealed(&mut t);
         assert!(is_whole(&t));
         t.tensors.insert("a".into(), Tensor::f32([2], vec![1.0, 2.0000002]));
-        assert_ne!(t.metadata[DIGEST], digest(&t));
+        assert!(!is_whole(&t));
         assert_eq!(not_finite(&t), None);
         t.tensors.insert("b".into(), Tensor::f64([1], vec![f64::NAN]));
         assert_eq!(not_finite(&t), Some("b"));
@@ -395,7 +405,7 @@ mod tests {
         assert!(is_whole(&t), "a library's");
         t.metadata.extend(Made::default().pairs());
         assert!(!is_whole(&t));
-        seal(&mut t);
+        sealed(&mut t);
         assert!(is_whole(&t));
         let seal = t.metadata.remove(DIGEST).unwrap();
         t.metadata.insert("steradian.digesu".into(), seal);

@@ -112,7 +112,7 @@ impl Baked {
     /// Writes it where `output` says, marked where the accuracy was missed.
     pub fn write(&self, output: &Output, session: &Session) -> Result<Vec<Written>, Error> {
         session.check()?;
-        output.write(self, self.tensors.clone(), session)
+        output.write(self, &self.tensors, session)
     }
 }
 
@@ -164,6 +164,7 @@ impl Session {
             let why = format!("tensor '{name}' came out not finite: scale the light down");
             return Err(Error::failed(format!("{}: {why}", card.slug)));
         }
+        done.made.save(&mut done.tensors);
         let c = &done.certificate;
         self.note_error(format!("{} {:.3e} ({})", c.metric, c.error, c.known.word()));
         let reached = done.reached();

@@ -6,14 +6,15 @@ use super::{Accuracy, Baked};
 use crate::destinations::Destinations;
 use crate::{Error, Session};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use steradian_formats::{
     FormatError, Supercompression, TensorFile, TexelFormat, TextureArray, write_atomic, write_dir_atomic,
-    write_ktx2_array, write_tensors,
+    write_ktx2_array, write_tensors, write_tensors_as,
 };
 use steradian_techniques::gpu::{self, Uniform, Value as Number};
 use steradian_techniques::tensors::put_f32;
-use steradian_techniques::{GpuTechnique, IN_FOLDER, seal};
+use steradian_techniques::{DIGEST, GpuTechnique, IN_FOLDER};
 
 /// Kind of output that a file name implies.
 #[derive(Debug, Clone)]
@@ -38,7 +39,7 @@ pub struct Written {
 }
 
 /// Metadata of a file: keys and values.
-type Pairs = Vec<(String, String)>;
+type Pairs = BTreeMap<String, String>;
 
 impl Output {
     /// Chooses the form by the extension; a destination that cannot be written is refused here.
@@ -61,23 +62,21 @@ impl Output {
     pub fn write(
         &self,
         done: &Baked,
-        mut tensors: TensorFile,
+        tensors: &TensorFile,
         session: &Session,
     ) -> Result<Vec<Written>, Error> {
-        tensors.metadata.extend(session.provenance_pairs());
-        done.made.save(&mut tensors);
+        let mut outcome = Pairs::new();
         if let Some((asked, _)) = done.reached() {
             let energy = matches!(done.accuracy, Accuracy::Energy(_));
             let key = if energy { "steradian.energy_epsilon" } else { "steradian.tolerance" };
             let met = if done.missed() { "missed" } else { "met" };
-            tensors.metadata.insert(key.into(), asked.to_string());
-            tensors.metadata.insert("steradian.tolerance.outcome".into(), met.into());
+            outcome.insert(key.into(), asked.to_string());
+            outcome.insert("steradian.tolerance.outcome".into(), met.into());
         }
-        seal(&mut tensors);
-        let head: Pairs = tensors.metadata.clone().into_iter().collect();
+        let head = session.sealed(tensors, outcome);
         match self {
             Self::Tensors(path) => {
-                write_tensors(path, &tensors)?;
+                write_tensors_as(path, tensors, &head)?;
                 Ok(vec![Written::of(path, None)])
             }
             Self::Texture(path) => {
@@ -91,7 +90,7 @@ impl Output {
                     let others = [IN_FOLDER, "buffers.safetensors", "shade.wgsl", "technique.json"];
                     others.into_iter().any(named) || tables.iter().any(|t| named(&format!("{}.ktx2", t.name)))
                 })?;
-                folder(path, done, &tensors, &head)
+                folder(path, done, tensors, &head)
             }
         }
     }
@@ -132,9 +131,11 @@ fn only(technique: &GpuTechnique, path: &Path) -> Result<Map, Error> {
 
 fn texture(path: &Path, map: Map, head: &Pairs) -> Result<Written, FormatError> {
     let Map { name, shape, array, format, error } = map;
-    let mut metadata: Pairs = head.iter().filter(|(k, _)| k != "steradian.digest").cloned().collect();
+    let mut metadata = head.clone();
+    metadata.remove(DIGEST);
     let own = [("table", name.to_string()), ("table.shape", shape), ("table.rounding", error.to_string())];
     metadata.extend(own.map(|(k, v)| (format!("steradian.{k}"), v)));
+    let metadata = metadata.into_iter().collect();
     write_ktx2_array(path, TextureArray { metadata, ..array }, format, Supercompression::None)?;
     Ok(Written::of(path, Some((format, error))))
 }
@@ -144,7 +145,7 @@ fn folder(path: &Path, done: &Baked, tensors: &TensorFile, head: &Pairs) -> Resu
     let mut written = Vec::new();
     write_dir_atomic(path, |to| {
         let file = to.join(IN_FOLDER);
-        write_tensors(&file, tensors)?;
+        write_tensors_as(&file, tensors, head)?;
         written.push(Written::of(&file, None));
         let maps: Vec<Map> = technique.tables.iter().map(Map::of).collect();
         let rows: Vec<Value> = maps.iter().map(row).collect();
@@ -186,7 +187,7 @@ fn row(m: &Map) -> Value {
 
 /// Data per site: a row each.
 fn buffers(technique: &GpuTechnique, head: &Pairs) -> TensorFile {
-    let mut t = TensorFile { metadata: head.iter().cloned().collect(), ..TensorFile::default() };
+    let mut t = TensorFile { metadata: head.clone(), ..TensorFile::default() };
     for b in &technique.buffers {
         let rows = b.data.len() / b.stride.max(1);
         put_f32(
