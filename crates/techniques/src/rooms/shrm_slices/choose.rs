@@ -68,8 +68,8 @@ impl Choice {
         let lenient = goals.iter().zip(&parts).any(|(goal, part)| *goal > 1.001 * part);
         let scaled = Scaled::new(s, &spectral_error, goals);
         let expansion = Expansion::new(&scaled, tolerance, limits);
-        let errors: Vec<f64> =
-            (0..scaled.len()).map(|i| expansion.error(&scaled, i) * scaled.total[i]).collect();
+        let errors = expansion.errors(&scaled).into_iter().zip(&scaled.total);
+        let errors: Vec<f64> = errors.map(|(error, total)| error * total).collect();
         let relative = |to: &[f64]| errors.iter().zip(to).map(|(e, x)| e / x).collect::<Vec<f64>>();
         let worst = |squares: &[f64]| {
             let counted = (0..scaled.len()).filter(|i| scaled.counts(*i));

@@ -108,11 +108,11 @@ impl Expansion {
         };
         let mut emphasis: Vec<f64> = all.clone().map(|i| scaled.emphasis(i)).collect();
         let most = SHARES[0] * square;
-        let shown: Vec<TurnedSuns> =
-            (0..=scaled.s.azimuth).into_par_iter().map(|q| TurnedSuns::new(scaled, q, f, most)).collect();
+        let rows: Vec<WeightedRows> =
+            (0..=scaled.s.azimuth).into_par_iter().map(|q| WeightedRows::new(scaled, q, f, most)).collect();
         let mut best: Option<Vec<Candidate>> = None;
         for _ in 0..ROUNDS {
-            let (chosen, left) = choose(scaled, &shown, &emphasis, most);
+            let (chosen, left) = choose(scaled, &rows, &emphasis, most);
             if best.as_ref().is_none_or(|b| maps(&chosen) < maps(b)) {
                 best = Some(chosen);
             }
@@ -130,22 +130,26 @@ impl Expansion {
         self.components.iter().map(Component::bytes).sum()
     }
 
-    /// Squared relative error of elevation i.
-    pub fn error(&self, scaled: &Scaled<'_>, i: usize) -> f64 {
-        let mut sum = scaled.tail(i) + scaled.between(i);
-        for q in 0..=scaled.s.azimuth {
-            let of_q: Vec<&Component> = self.components.iter().filter(|c| c.q == q).collect();
-            let made = |c: usize, l: usize| {
-                of_q.iter().map(|x| x.u[i] * x.v[c].get(l).copied().unwrap_or(0.0)).sum::<f64>()
+    /// Squared relative error of each elevation.
+    pub fn errors(&self, scaled: &Scaled<'_>) -> Vec<f64> {
+        let lost: Vec<[f64; 3]> =
+            self.components.par_iter().map(|x| lost(scaled, x, &blur(x.size, self.f))).collect();
+        let one = |i: usize| {
+            let mut sum = scaled.tail(i) + scaled.between(i);
+            for q in 0..=scaled.s.azimuth {
+                let of_q: Vec<&Component> = self.components.iter().filter(|c| c.q == q).collect();
+                let made = |c: usize, l: usize| {
+                    of_q.iter().map(|x| x.u[i] * x.v[c].get(l).copied().unwrap_or(0.0)).sum::<f64>()
+                };
+                let kappa = scaled.kappa(i, q);
+                sum += scaled.miss(i, q, |c, l| kappa(c, l) - made(c, l));
+            }
+            let blurred = |(x, lost): (&Component, &[f64; 3])| {
+                x.u[i].powi(2) * (0..3).map(|c| scaled.share(i, c) * lost[c]).sum::<f64>()
             };
-            let kappa = scaled.kappa(i, q);
-            sum += scaled.miss(i, q, |c, l| kappa(c, l) - made(c, l));
-        }
-        let blur = |x: &Component| {
-            let lost = lookups(scaled, x, x.size);
-            x.u[i].powi(2) * (0..3).map(|c| scaled.share(i, c) * lost[c]).sum::<f64>()
+            sum + self.components.iter().zip(&lost).map(blurred).sum::<f64>()
         };
-        sum + self.components.iter().map(blur).sum::<f64>()
+        (0..scaled.len()).into_par_iter().with_max_len(1).map(one).collect()
     }
 }
 
@@ -171,14 +175,14 @@ fn maps(chosen: &[Candidate]) -> usize {
 /// remaining squared error of each elevation.
 fn choose(
     scaled: &Scaled<'_>,
-    shown: &[TurnedSuns],
+    rows: &[WeightedRows],
     emphasis: &[f64],
     most: f64,
 ) -> (Vec<Candidate>, Vec<f64>) {
-    let decomposed: Vec<Vec<Candidate>> = shown.par_iter().map(|s| s.decompose(emphasis)).collect();
+    let decomposed: Vec<Vec<Candidate>> = rows.par_iter().map(|r| r.decompose(emphasis)).collect();
     let mut left = vec![0.0; scaled.len()];
-    for s in shown {
-        left.iter_mut().zip(&s.whole).for_each(|(l, w)| *l += w);
+    for r in rows {
+        left.iter_mut().zip(&r.whole).for_each(|(l, w)| *l += w);
     }
     let mut candidates: Vec<Candidate> = decomposed.into_iter().flatten().collect();
     candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -195,7 +199,7 @@ fn choose(
 }
 
 /// The rows κ_lq of one q at all elevations, weighted by the light.
-struct TurnedSuns {
+struct WeightedRows {
     q: usize,
     /// Weight of κ in each elevation's row.
     weight: Vec<f64>,
@@ -205,7 +209,7 @@ struct TurnedSuns {
     gram: Vec<Vec<f64>>,
 }
 
-impl TurnedSuns {
+impl WeightedRows {
     fn new(scaled: &Scaled<'_>, q: usize, f: usize, most: f64) -> Self {
         let n = scaled.len();
         let bands = f + 1;
@@ -284,13 +288,14 @@ fn component(scaled: &Scaled<'_>, f: usize, c: Candidate) -> Component {
     Component { q: c.q, u: c.u, v, size: 0 }
 }
 
-/// Mean squared error per channel of lookups between the texels of a component of weight 1.
-fn lookups(scaled: &Scaled<'_>, x: &Component, size: usize) -> [f64; 3] {
-    let h = PI / size as f64;
-    std::array::from_fn(|c| {
-        let blur = |(l, v): (usize, &f64)| v * spectral_error::lookup(l, h).sqrt();
-        scaled.rest.row(c, x.q, x.v[c].iter().enumerate().map(blur))
-    })
+/// RMS error of lookups between the texels of maps of a size, by band up to `f`, of waves of amplitude 1.
+fn blur(size: usize, f: usize) -> Vec<f64> {
+    (0..=f).map(|l| spectral_error::lookup(l, PI / size as f64).sqrt()).collect()
+}
+
+/// Mean squared error per channel of lookups of a component of weight 1, by the [`blur`] of its size.
+fn lost(scaled: &Scaled<'_>, x: &Component, blur: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|c| scaled.rest.row(c, x.q, x.v[c].iter().zip(blur).map(|(v, b)| v * b)))
 }
 
 /// Gives each component its size: the cheapest sizes whose lookups together have a squared error of at most
@@ -302,8 +307,10 @@ fn sizes(scaled: &Scaled<'_>, components: &mut [Component], most: f64, limits: L
         // `lost` is the squared error of lookups by component, size and channel; elevations that count are
         // weighted alike in the mean, and the worst of them decides.
         let counted: Vec<usize> = (0..scaled.len()).filter(|i| scaled.counts(*i)).collect();
-        let lost = |x: &Component| SIZES.map(|size| lookups(scaled, x, size));
-        let lost: Vec<[[f64; 3]; SIZES.len()]> = components.par_iter().map(lost).collect();
+        let bands = components.iter().map(|x| x.v[0].len()).max().unwrap_or(0);
+        let blurs = SIZES.map(|size| blur(size, bands.saturating_sub(1)));
+        let by_size = |x: &Component| blurs.each_ref().map(|blur| lost(scaled, x, blur));
+        let lost: Vec<[[f64; 3]; SIZES.len()]> = components.par_iter().map(by_size).collect();
         let at = |i: usize, k: usize, size: usize| {
             let e = lost[k][size];
             components[k].u[i].powi(2) * (0..3).map(|c| scaled.share(i, c) * e[c]).sum::<f64>()
