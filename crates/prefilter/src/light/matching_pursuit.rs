@@ -303,7 +303,8 @@ impl Field {
     }
 }
 
-/// Rows that a thread takes at least: 16 of 764 texels take 0.1 ms.
+/// Rows that a thread takes at least. 128 disks took 190 ms on one core with 382 rows, so that 16 rows take
+/// 0.06 ms.
 const MIN_ROWS: usize = 16;
 
 /// The highest score of a row, with its column.
