@@ -57,8 +57,11 @@ pub struct Patch<'a> {
     pub at: &'a dyn Fn(f64, f64) -> DVec3,
 }
 
+/// Values of many directions.
+pub type Many<'a> = &'a dyn Fn(&[DVec3], &mut [[f64; 3]]);
+
 /// [`integrate`] over a cap.
-pub fn cap(cap: &Cap, scale: &dyn Fn(DVec3, f64) -> f64, f: &dyn Fn(DVec3) -> [f64; 3]) -> [f64; 3] {
+pub fn cap(cap: &Cap, scale: &dyn Fn(DVec3, f64) -> f64, f: Many<'_>) -> [f64; 3] {
     let at = |theta: f64, phi: f64| cap.direction(2.0 * (0.5 * theta).sin().powi(2), phi);
     let phi = [0.0, 1.0, 2.0, 3.0].map(|k| [0.5 * PI * k, 0.5 * PI * (k + 1.0)]);
     integrate(&Patch { theta: [0.0, cap.radius], phi, size: cap.radius, at: &at }, scale, f)
@@ -66,11 +69,7 @@ pub fn cap(cap: &Cap, scale: &dyn Fn(DVec3, f64) -> f64, f: &dyn Fn(DVec3) -> [f
 
 /// ∫ f over the patch, where f varies over `scale(direction, radius)` within a radius of a direction. f may
 /// jump or have a kink at the horizon z = 0: rectangles on it are cut to a hundredth of the patch.
-pub fn integrate(
-    patch: &Patch<'_>,
-    scale: &dyn Fn(DVec3, f64) -> f64,
-    f: &dyn Fn(DVec3) -> [f64; 3],
-) -> [f64; 3] {
+pub fn integrate(patch: &Patch<'_>, scale: &dyn Fn(DVec3, f64) -> f64, f: Many<'_>) -> [f64; 3] {
     let at = patch.at;
     let mut open: Vec<Rect> =
         patch.phi.iter().map(|phi| Rect { theta: patch.theta, phi: *phi, depth: 0 }).collect();
@@ -89,11 +88,16 @@ pub fn integrate(
         }
         done += 1;
         let [half_t, half_p] = [r.theta, r.phi].map(|[a, b]| 0.5 * (b - a));
-        for (x, wx) in GAUSS {
+        let mut nodes = [DVec3::ZERO; GAUSS.len() * GAUSS.len()];
+        let mut values = [[0.0; 3]; GAUSS.len() * GAUSS.len()];
+        for (row, (x, _)) in nodes.chunks_exact_mut(GAUSS.len()).zip(GAUSS) {
             let theta = r.theta[0] + half_t * (1.0 + x);
-            let weight = wx * half_t * half_p * theta.sin();
-            for (y, wy) in GAUSS {
-                let v = f(at(theta, r.phi[0] + half_p * (1.0 + y)));
+            row.iter_mut().zip(GAUSS).for_each(|(d, (y, _))| *d = at(theta, r.phi[0] + half_p * (1.0 + y)));
+        }
+        f(&nodes, &mut values);
+        for (row, (x, wx)) in values.chunks_exact(GAUSS.len()).zip(GAUSS) {
+            let weight = wx * half_t * half_p * (r.theta[0] + half_t * (1.0 + x)).sin();
+            for (v, (_, wy)) in row.iter().zip(GAUSS) {
                 (0..3).for_each(|c| sum[c] += weight * wy * v[c]);
             }
         }

@@ -43,7 +43,8 @@ pub fn integral(cell: &CellLight, brdf: &dyn Brdf, frame: &Frame, wo: DVec3) -> 
             size: radius,
             at: &at,
         };
-        return adaptive::integrate(&patch, &|wi, radius| brdf.peak().scale(wi, wo, radius), &f);
+        let scale = |wi, radius| brdf.peak().scale(wi, wo, radius);
+        return adaptive::integrate(&patch, &scale, &|wi, out| brdf.f_cos_batch(wi, wo, out));
     };
     product(&local, n.max(least), m.max(least), whole, f)
 }

@@ -22,10 +22,13 @@ const LOW: f64 = 0.5;
 const ROUND: f64 = 0.6;
 /// The upper end of a panel of elevation is at most so many times as high as its lower end …
 const GROWTH: f64 = 4.0;
-/// … and at most so many widths of the lobe above it.
+/// … and at most so many widths of the lobe above it, or this part of its distance from the mirror direction,
+/// of panels below and above that: a lobe varies the less the farther away, so that one a thousand times
+/// narrower than the light takes ten panels more.
 const WIDTHS: f64 = 4.0;
-/// A light that needs more than so many panels of the height WIDTHS goes to the adaptive rule.
-const MOST: f64 = 64.0;
+const PARTS: [f64; 2] = [0.5, 1.0];
+/// Panels are at least so high, radians: in single precision lower ones would not end.
+const LEAST_HEIGHT: f64 = 1e-6;
 /// Nodes of a panel in elevation: with 8 the error is up to 1.1e-2 of the largest radiance at a view, with 16
 /// 1.2e-3.
 const UP: usize = 16;
@@ -54,7 +57,7 @@ impl Horizon {
     /// rules serve.
     pub fn of(brdf: &dyn Brdf, centre: DVec3, radius: f64, scale: f64, wo: DVec3) -> Option<Self> {
         let Peak::Mirror { narrow, wide } = brdf.peak() else { return None };
-        let near = wo.z < GRAZING && centre.z < LOW && 2.0 * radius < MOST * WIDTHS * narrow;
+        let near = wo.z < GRAZING && centre.z < LOW;
         // A light that is neither cut by the horizon nor large relative to the lobe is left to the general
         // rules.
         let near = near && (centre.z < radius || radius > ROUND * scale);
@@ -68,7 +71,9 @@ impl Horizon {
 
     /// The largest elevation at which a panel that begins at elevation `e` may end.
     fn next(&self, e: f64) -> f64 {
-        (GROWTH * e).max(self.cosine.max(LEAST)).min(e + WIDTHS * self.narrow)
+        let above = e.sin() - self.cosine;
+        let part = (-PARTS[0] * above).max(PARTS[1] * above);
+        (GROWTH * e).max(self.cosine.max(LEAST)).min(e + part.max(WIDTHS * self.narrow).max(LEAST_HEIGHT))
     }
 
     /// ∫ f dφ at elevation `e` between two azimuths from the mirror direction's.

@@ -3,7 +3,7 @@
 
 // Does this rule integrate a light of `radius` about `c`, where the lobe is `scale` wide?
 fn gpu_at_horizon(c: vec3<f32>, radius: f32, scale: f32, wo: vec3<f32>) -> bool {
-    let near = brdf.peak.x == 1.0 && !brdf_is_whole() && wo.z < 0.1 && c.z < 0.5 && radius < 128.0 * brdf.peak.y;
+    let near = brdf.peak.x == 1.0 && !brdf_is_whole() && wo.z < 0.1 && c.z < 0.5;
     return near && (c.z < radius || radius > 0.6 * scale);
 }
 
@@ -35,7 +35,8 @@ fn gpu_wedge(e: f32, ends: vec2<f32>, wo: vec3<f32>) -> vec3<f32> {
 
 // The largest elevation at which a panel that begins at elevation e may end.
 fn gpu_panel(e: f32, wo: vec3<f32>) -> f32 {
-    return min(max(4.0 * e, max(wo.z, 1e-5)), e + 4.0 * brdf.peak.y);
+    let above = sin(e) - wo.z;
+    return min(max(4.0 * e, max(wo.z, 1e-5)), e + max(max(-0.5 * above, above), max(4.0 * brdf.peak.y, 1e-6)));
 }
 
 // Elevation and weight of node i of 16 of a panel.

@@ -255,6 +255,9 @@ fn disk(brdf: &dyn Brdf, cap: &Cap, wo: DVec3) -> [f64; 3] {
     match rule::rings(cap.radius / scale, crossed) {
         Some(n) if crossed => cap.strips(n, f),
         Some(n) => cap.polar(n, f),
-        None => adaptive::cap(cap, &|wi, radius| brdf.peak().scale(wi, wo, radius), &f),
+        None => {
+            let scale = |wi, radius| brdf.peak().scale(wi, wo, radius);
+            adaptive::cap(cap, &scale, &|wi, out| brdf.f_cos_batch(wi, wo, out))
+        }
     }
 }

@@ -207,6 +207,8 @@ fn suns_at_the_horizon_follow_the_reference() {
         "ggx:alpha=0.4",
         "blinn-phong:n=100",
         "ggx:ax=0.05,ay=0.3",
+        "ggx:alpha=1e-4",
+        "sgd:chrome-steel",
     ] {
         let brdf = steradian_brdf::parse(spec).expect(spec);
         for cosine in [0.05f64, 0.02, 7e-3, 2e-3, 2e-4] {
@@ -246,7 +248,8 @@ fn suns_at_the_horizon_follow_the_reference() {
         }
     }
     report.sort_by(|a, b| b.0.total_cmp(&a.0));
-    assert!(report[0].0 < 2e-3, "{:#?}", &report[..12]);
+    let bound = |spec: &str| if spec.starts_with("sgd") { 5e-3 } else { 2e-3 };
+    assert!(report.iter().all(|r| r.0 < bound(r.1)), "{:#?}", &report[..12]);
 }
 
 /// Half of a sun behind an edge; unoccluded lights, and occluded ones.
