@@ -11,7 +11,7 @@ use steradian_render::{
 };
 use steradian_scene::{Bvh, Camera, Mesh};
 use steradian_sphere::Frame;
-use steradian_techniques::{PointsBuf, Radiance};
+use steradian_techniques::PointsBuf;
 
 /// Processor seconds for the points of a sample that the reference is expected to take at most, in addition
 /// to those for its hierarchy of the light; it is stopped after twice as many.
@@ -197,11 +197,7 @@ fn silhouettes(mesh: &Mesh, camera: &Camera, most: usize) -> PointsBuf {
 
 /// Radiance at points.
 fn shaded(shader: &dyn Shader, points: &PointsBuf, task: &Task) -> Result<Vec<[f32; 3]>, Error> {
-    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
-    if !points.is_empty() {
-        shader.shade(&points.as_points(), &mut Radiance::of(&mut rgb), task)?;
-    }
-    Ok((0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]]).collect())
+    Ok(points.shaded(&|q, out| shader.shade(q, out, task))?)
 }
 
 #[cfg(test)]

@@ -72,7 +72,7 @@ type Exact<'a> = Box<dyn Fn(&Frame, DVec3) -> [f64; 3] + Sync + 'a>;
 
 /// A technique's shading of points. (Not a generic parameter: certificates would be compiled anew for each
 /// technique.)
-pub type Shade<'a> = &'a dyn Fn(&crate::Points<'_>, &mut Radiance<'_>);
+pub type Shade<'a> = &'a (dyn Fn(&crate::Points<'_>, &mut Radiance<'_>) + Sync);
 
 /// A reflectance as direct evaluation needs it, in the local frame.
 pub struct Model<'a> {
@@ -285,7 +285,7 @@ fn compare(
     let exact: Result<Vec<_>, Cancelled> = probes.par_iter().enumerate().map(at).collect();
     task.end();
     let exact = exact?;
-    let seen = shaded(probes, uv, shade).into_iter().zip(exact);
+    let seen = shaded(probes, uv, task, shade)?.into_iter().zip(exact);
     let sample = |(p, (shaded, exact)): (&Probe, _)| {
         let degrees = p.wo.z.clamp(-1.0, 1.0).acos().to_degrees();
         ProbeSample { weight: p.weight, degrees, shaded, exact }
@@ -294,7 +294,12 @@ fn compare(
 }
 
 /// The radiance that `shade` returns at the probes.
-fn shaded(probes: &[Probe], uv: &[[f32; 2]], shade: Shade<'_>) -> Vec<[f64; 3]> {
+fn shaded(
+    probes: &[Probe],
+    uv: &[[f32; 2]],
+    task: &Task,
+    shade: Shade<'_>,
+) -> Result<Vec<[f64; 3]>, Cancelled> {
     let mut buf = PointsBuf::with_capacity(probes.len());
     for (k, p) in probes.iter().enumerate() {
         let wo = p.frame.to_world(p.wo);
@@ -303,7 +308,10 @@ fn shaded(probes: &[Probe], uv: &[[f32; 2]], shade: Shade<'_>) -> Vec<[f64; 3]> 
             buf.locate(uv[turn(k, uv.len())].into(), [0; 3], [0.0; 2]);
         }
     }
-    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; probes.len()]);
-    shade(&buf.as_points(), &mut Radiance::of(&mut rgb));
-    (0..probes.len()).map(|k| [rgb[0][k], rgb[1][k], rgb[2][k]].map(f64::from)).collect()
+    let seen = buf.shaded(&|q, out| {
+        task.check()?;
+        shade(q, out);
+        Ok(())
+    })?;
+    Ok(seen.into_iter().map(|l| l.map(f64::from)).collect())
 }

@@ -9,7 +9,7 @@
 use super::errors::{Errors, ProbeSample};
 use super::{Estimate, Report, Shade};
 use crate::shared::geometry::transport;
-use crate::{BakeError, Geometry, PointsBuf, Radiance};
+use crate::{BakeError, Geometry, PointsBuf};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use steradian_base::{Certificate, Task};
 use steradian_brdf::Brdf;
@@ -114,13 +114,16 @@ impl Paths<'_> {
         let exact: Result<Vec<([f64; 3], f64)>, BakeError> = exact.collect();
         task.end();
         let exact = exact?;
-        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; views.len()]);
-        shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+        let shaded = q.shaded(&|q, out| {
+            task.check()?;
+            shade(q, out);
+            Ok::<_, BakeError>(())
+        })?;
         let weight = |k: usize| if self.projected { views[k].2.z.max(0.0) } else { 1.0 };
         let sample = |k: usize| ProbeSample {
             weight: weight(k),
             degrees: views[k].2.z.clamp(-1.0, 1.0).acos().to_degrees(),
-            shaded: [0, 1, 2].map(|c| f64::from(rgb[c][k])),
+            shaded: shaded[k].map(f64::from),
             exact: exact[k].0,
         };
         let samples: Vec<ProbeSample> = (0..views.len()).map(sample).collect();
@@ -386,8 +389,9 @@ mod tests {
         };
         let tiny = |degrees: f64| Elevation::measured([degrees.to_radians(); 2], 1e-6);
         let report = Report::estimated(1e-6, vec![tiny(0.0), tiny(80.0)]);
-        let shade =
-            |_: &crate::Points<'_>, out: &mut Radiance<'_>| out.rgb.iter_mut().for_each(|c| c.fill(0.55));
+        let shade = |_: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
+            out.rgb.iter_mut().for_each(|c| c.fill(0.55))
+        };
         let c = paths.certificate("a", &report, &Task::quiet(), &shade).unwrap();
         for degrees in [5.0f64, 40.0, 70.0] {
             let error = c.at(degrees.to_radians()).expect("an elevation");

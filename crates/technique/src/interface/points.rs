@@ -2,6 +2,11 @@
 
 use super::{PointChart, PointLobe};
 use glam::{Vec2, Vec3};
+use steradian_parallel::prelude::*;
+
+/// Points of a block that one core shades: several registers, and few enough that points which see a sun, and
+/// take a thousand times as long, fall into different blocks.
+const BLOCK: usize = 32;
 
 /// A batch of surface points in world space; unit vectors point away from the surface. All slices have one
 /// length, except those of `p`, `uv`, `chart`, `site` and `lobe`, which may be empty.
@@ -177,6 +182,23 @@ impl PointsBuf {
     /// The batch of all points.
     pub fn as_points(&self) -> Points<'_> {
         self.slice(0..self.len())
+    }
+
+    /// Radiance of the points as `shade` writes it, in blocks on all cores: a point shades to the same bits in
+    /// every batch.
+    pub fn shaded<E: Send>(
+        &self,
+        shade: &(dyn Fn(&Points<'_>, &mut Radiance<'_>) -> Result<(), E> + Sync),
+    ) -> Result<Vec<[f32; 3]>, E> {
+        let block = |k: usize| {
+            let q = self.slice(k * BLOCK..(k + 1) * BLOCK);
+            let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
+            shade(&q, &mut Radiance::of(&mut rgb))?;
+            Ok((0..q.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]]).collect::<Vec<_>>())
+        };
+        let blocks: Vec<_> =
+            (0..self.len().div_ceil(BLOCK)).into_par_iter().map(block).collect::<Result<_, E>>()?;
+        Ok(blocks.concat())
     }
 
     /// The points in `range`, clamped to the batch.
