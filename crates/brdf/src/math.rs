@@ -28,7 +28,7 @@ pub(crate) fn half_cosine(wi: DVec3, wo: DVec3) -> f64 {
 
 /// θ_h = ∠(n, h), accurate for small angles too.
 pub(crate) fn polar_angle(h: DVec3) -> f64 {
-    h.x.hypot(h.y).atan2(h.z)
+    (h.x * h.x + h.y * h.y).sqrt().atan2(h.z)
 }
 
 /// x⁵.

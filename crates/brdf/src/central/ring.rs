@@ -1,7 +1,7 @@
 //! The first pass of 5.22: Fourier coefficients in φ of f_cos on a circle about the centre.
 
 use super::geometry::{Elevation, Slice};
-use super::rule;
+use super::rule::{self, POINTS};
 use super::waves::{self, ROOM, Values, Waves};
 use crate::adaptive::graded;
 use crate::{Brdf, Lobe};
@@ -129,10 +129,17 @@ impl<'a> Rings<'a> {
         let mut cosines = [0.0; ROOM];
         let (mut values, mut differences): (Values, Values) = Default::default();
         let (mut missed, mut tail) = (0.0, [0.0; 6]);
-        for (k, node) in rule::nodes(ends[0], ends[1]).iter().enumerate() {
+        let nodes = rule::nodes(ends[0], ends[1]);
+        let [u, v, c] = self.axes;
+        let mut wi = [c; ROOM];
+        for (k, node) in nodes.iter().enumerate() {
             let (sp, cp) = node.at.sin_cos();
-            let (f, f2, nwi) = self.value(sine, cosine, sp, cp);
+            wi[k] = c * cosine + (u * cp + v * sp) * sine;
             cosines[k] = cp;
+        }
+        let (f, f2) = self.values(&wi);
+        for (k, node) in nodes.iter().enumerate() {
+            let (f, f2, nwi) = (f[k], f2[k], wi[k].z.max(0.0));
             missed += node.difference * (f2[0] + f2[1] + f2[2]);
             for c in 0..3 {
                 (values[c][k], differences[c][k]) = (node.weight * f[c], node.difference * f[c]);
@@ -152,19 +159,26 @@ impl<'a> Rings<'a> {
         (coefficients, rule::error(missed.abs(), energy))
     }
 
-    /// f_cos, f_cos² (averaged over both sides where they differ) and (n·wi)₊.
-    #[inline(always)]
-    fn value(&self, sine: f64, cosine: f64, sp: f64, cp: f64) -> ([f64; 3], [f64; 3], f64) {
-        let [u, v, c] = self.axes;
-        let wi = c * cosine + (u * cp + v * sp) * sine;
-        let f = self.brdf.f_cos(wi, self.wo);
+    /// f_cos and f_cos² of a panel's directions, averaged over both sides where they differ.
+    fn values(&self, wi: &[DVec3; ROOM]) -> ([[f64; 3]; ROOM], [[f64; 3]; ROOM]) {
+        let (mut f, mut f2) = ([[0.0; 3]; ROOM], [[0.0; 3]; ROOM]);
+        self.brdf.f_cos_batch(&wi[..POINTS], self.wo, &mut f[..POINTS]);
         if !self.two_sided {
-            return (f, f.map(|x| x * x), wi.z.max(0.0));
+            for k in 0..ROOM {
+                (0..3).for_each(|c| f2[k][c] = f[k][c] * f[k][c]);
+            }
+            return (f, f2);
         }
-        let g = self.brdf.f_cos(DVec3::new(wi.x, -wi.y, wi.z), self.wo);
-        let mean = std::array::from_fn(|c| 0.5 * (f[c] + g[c]));
-        let square = std::array::from_fn(|c| 0.5 * (f[c] * f[c] + g[c] * g[c]));
-        (mean, square, wi.z.max(0.0))
+        let mut g = [[0.0; 3]; ROOM];
+        let mirrored = wi.map(|w| DVec3::new(w.x, -w.y, w.z));
+        self.brdf.f_cos_batch(&mirrored[..POINTS], self.wo, &mut g[..POINTS]);
+        for k in 0..ROOM {
+            for c in 0..3 {
+                f2[k][c] = 0.5 * (f[k][c] * f[k][c] + g[k][c] * g[k][c]);
+                f[k][c] = 0.5 * (f[k][c] + g[k][c]);
+            }
+        }
+        (f, f2)
     }
 }
 

@@ -113,10 +113,13 @@ impl Kernel for Batch<'_> {
         let (ax, ay, f0) = (ggx.ax, ggx.ay, ggx.f0);
         let (length_o, area) = (stretched_length(wo, ax, ay), ax * ay);
         let scale = 0.5 * area.powi(3);
-        let (eights, rest) = wi.as_chunks::<8>();
-        let (out, last) = out[..wi.len()].as_chunks_mut::<8>();
-        for (wi, out) in eights.iter().zip(out) {
-            let (x, y, z) = (wi.map(|w| w.x), wi.map(|w| w.y), wi.map(|w| w.z));
+        for (wi, out) in wi.chunks(8).zip(out[..wi.len()].chunks_mut(8)) {
+            let mut of = [wi[wi.len() - 1]; 8];
+            of[..wi.len()].copy_from_slice(wi);
+            let (mut x, mut y, mut z) = ([0.0; 8], [0.0; 8], [0.0; 8]);
+            for k in 0..8 {
+                (x[k], y[k], z[k]) = (of[k].x, of[k].y, of[k].z);
+            }
             let (mut shape, mut fresnel, mut usual) = ([0.0; 8], [0.0; 8], true);
             for k in 0..8 {
                 let (sx, sy) = (ax * x[k], ay * y[k]);
@@ -133,14 +136,13 @@ impl Kernel for Batch<'_> {
                 usual &= square >= 1e-100 && s >= 1e-150 && z[k] > 0.0;
             }
             if usual {
-                for k in 0..8 {
-                    out[k] = f0.map(|f0| (f0 + (1.0 - f0) * fresnel[k]) * shape[k] * z[k]);
+                for (k, out) in out.iter_mut().enumerate() {
+                    *out = f0.map(|f0| (f0 + (1.0 - f0) * fresnel[k]) * shape[k] * z[k]);
                 }
             } else {
                 wi.iter().zip(out).for_each(|(wi, f)| *f = ggx.f_cos(*wi, wo));
             }
         }
-        rest.iter().zip(last).for_each(|(wi, f)| *f = ggx.f_cos(*wi, wo));
     }
 }
 

@@ -8,7 +8,7 @@
 
 use super::merl_fits::SGD;
 use crate::draw::{self, Draw};
-use crate::math::{INV_PI, above, half, half_cosine, polar_angle, pow5};
+use crate::math::{INV_PI, above, half, half_cosine, polar_angle, pow5, times};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, rgb};
 use crate::spec::{self, Args};
@@ -70,8 +70,9 @@ struct Channel {
 impl Channel {
     fn d(&self, tan2: f64, cos2: f64) -> f64 {
         let a = self.alpha + tan2 / self.alpha;
-        let e = (-a).exp();
-        if e > 0.0 { self.kappa * e * INV_PI / (a.powf(self.p) * cos2 * cos2) } else { 0.0 }
+        // exp(−a)/a^p as one exponential.
+        let e = (-a - self.p * a.ln()).exp();
+        if e > 0.0 { self.kappa * e * INV_PI / (cos2 * cos2) } else { 0.0 }
     }
 
     fn g1(&self, theta: f64) -> f64 {
@@ -107,6 +108,26 @@ impl Sgd {
         (alpha.max(1e-5), alpha.sqrt())
     }
 
+    /// G₁ of a direction.
+    fn masked(&self, w: DVec3) -> [f64; 3] {
+        let theta = polar_angle(w);
+        self.channels.map(|c| c.g1(theta))
+    }
+
+    /// f, of G₁(wo).
+    fn value(&self, wi: DVec3, wo: DVec3, masked: [f64; 3]) -> [f64; 3] {
+        let h = half(wi, wo);
+        let cos2 = h.z * h.z;
+        let tan2 = (h.x * h.x + h.y * h.y) / cos2;
+        let (ti, u) = (polar_angle(wi), half_cosine(wi, wo));
+        let mut f = [0.0; 3];
+        for (f, (c, g1)) in f.iter_mut().zip(self.channels.iter().zip(masked)) {
+            let s = c.fresnel(u) * c.d(tan2, cos2) * c.g1(ti) * g1 / (wi.z * wo.z).max(1e-150);
+            *f = INV_PI * (c.rho_d + c.rho_s * s);
+        }
+        f
+    }
+
     fn draw(&self) -> [(f64, Draw); 3] {
         let (core, reach) = self.widths();
         let (core, reach) = (core.min(1.0), reach.min(1.0));
@@ -131,14 +152,14 @@ impl Brdf for Sgd {
         if !above(wi, wo) {
             return [0.0; 3];
         }
-        let h = half(wi, wo);
-        let cos2 = h.z * h.z;
-        let tan2 = (h.x * h.x + h.y * h.y) / cos2;
-        let (ti, to, u) = (polar_angle(wi), polar_angle(wo), half_cosine(wi, wo));
-        self.channels.map(|c| {
-            let s = c.fresnel(u) * c.d(tan2, cos2) * c.g1(ti) * c.g1(to) / (wi.z * wo.z).max(1e-150);
-            INV_PI * (c.rho_d + c.rho_s * s)
-        })
+        self.value(wi, wo, self.masked(wo))
+    }
+
+    fn f_cos_batch(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
+        let masked = self.masked(wo);
+        for (wi, f) in wi.iter().zip(out) {
+            *f = if above(*wi, wo) { times(self.value(*wi, wo, masked), wi.z) } else { [0.0; 3] };
+        }
     }
 
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {

@@ -142,10 +142,14 @@ impl Rgl {
         warp::blend(&phi.values, &theta.values, azimuth(wo), polar_angle(wo))
     }
 
-    /// u of the half vector for a view that is folded.
-    fn place(&self, wi: DVec3, wo: DVec3) -> DVec2 {
+    /// Azimuth of a folded view, from which those of half vectors count.
+    fn from(&self, wo: DVec3) -> f64 {
+        if self.isotropic { azimuth(wo) } else { 0.0 }
+    }
+
+    /// u of the half vector for a view that is folded, whose azimuth is `from`.
+    fn place(&self, wi: DVec3, wo: DVec3, from: f64) -> DVec2 {
         let h = half(wi, wo);
-        let from = if self.isotropic { azimuth(wo) } else { 0.0 };
         let turn = (azimuth(h) - from + PI) / TAU;
         DVec2::new(theta_to_u(polar_angle(h)), turn - turn.floor())
     }
@@ -161,7 +165,7 @@ impl Rgl {
     fn warped_pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
         let (wi, wo) = self.folded(wi, wo);
         let blend = self.blend(wo);
-        let u = self.place(wi, wo);
+        let u = self.place(wi, wo, self.from(wo));
         let s = self.vndf.invert(&blend, u);
         let h = half(wi, wo);
         self.vndf.pdf(&blend, u) * self.luminance.pdf(&blend, s) / jacobian(u.x, h, wo)
@@ -206,24 +210,30 @@ impl Brdf for Rgl {
     }
 
     fn f_cos(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        if !above(wi, wo) {
-            return [0.0; 3];
+        let mut f = [[0.0; 3]];
+        self.f_cos_batch(&[wi], wo, &mut f);
+        f[0]
+    }
+
+    fn f_cos_batch(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
+        out.fill([0.0; 3]);
+        if wo.z <= 0.0 {
+            return;
         }
-        let (wi, wo) = self.folded(wi, wo);
-        let blend = self.blend(wo);
-        let u = self.place(wi, wo);
-        let s = self.vndf.invert(&blend, u);
-        let factor = if self.arrays.0[7].values[0] == 0.0 {
-            1.0
-        } else {
-            let turn = (azimuth(wo) + PI) / TAU;
-            let sigma = self.sigma.value(&ONLY, DVec2::new(theta_to_u(polar_angle(wo)), turn));
-            if sigma <= 0.0 {
-                return [0.0; 3];
-            }
-            self.ndf.value(&ONLY, u) / (4.0 * sigma)
-        };
-        self.colours.each_ref().map(|c| c.value(&blend, s) * factor)
+        let (_, view) = self.folded(wo, wo);
+        let (blend, from) = (self.blend(view), self.from(view));
+        let scaled = self.arrays.0[7].values[0] != 0.0;
+        let turn = (azimuth(view) + PI) / TAU;
+        let sigma = self.sigma.value(&ONLY, DVec2::new(theta_to_u(polar_angle(view)), turn));
+        if scaled && sigma <= 0.0 {
+            return;
+        }
+        for (wi, f) in wi.iter().zip(out).filter(|(wi, _)| above(**wi, wo)) {
+            let u = self.place(self.folded(*wi, wo).0, view, from);
+            let s = self.vndf.invert(&blend, u);
+            let factor = if scaled { self.ndf.value(&ONLY, u) / (4.0 * sigma) } else { 1.0 };
+            *f = self.colours.each_ref().map(|c| c.value(&blend, s) * factor);
+        }
     }
 
     fn is_isotropic(&self) -> bool {
