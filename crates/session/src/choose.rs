@@ -20,6 +20,10 @@ const BUDGETS_SECONDS: [f64; 4] = [6.0, 15.0, 30.0, 60.0];
 /// Where the reference would take more processor seconds than the last of [`BUDGETS_SECONDS`], the best
 /// technique is taken, if it errs less than this.
 const MAX_STOPGAP_ERROR: f64 = 0.5;
+/// What is expected to take more than so many times the seconds that are left is not tried. The estimate is
+/// that of the technique's usual time and of how much dearer than usual those before it were: right to a
+/// fifth for shrm_slices of metals and paints (`sgd:`, `abc:`), which is what those need.
+const MAX_EXPECTED_OF_LEFT: f64 = 1.2;
 /// A technique that takes at most so many processor seconds counts as cheap and is tried first.
 const CHEAP_SECONDS: f64 = 1.0;
 /// An error too small to be seen in a picture: the first technique to reach it is chosen.
@@ -225,7 +229,9 @@ impl Session {
                 None if below(INVISIBLE_ERROR) => Some(Verdict::Unneeded),
                 _ if whole && !trial.left_out.is_empty() => Some(Verdict::LeavesOut),
                 // Reflectance that takes long to evaluate makes all of them dearer than usual.
-                _ if t.effort() * f64::max(1.0, spent / f64::max(usual, f64::MIN_POSITIVE)) > left => {
+                _ if t.effort() * f64::max(1.0, spent / f64::max(usual, f64::MIN_POSITIVE))
+                    > MAX_EXPECTED_OF_LEFT * left =>
+                {
                     Some(Verdict::TooDear)
                 }
                 _ => None,
@@ -253,6 +259,7 @@ impl Session {
                 }
                 Tried::Misses(c) => {
                     trial.verdict = Verdict::Missed(c.rank.1);
+                    trial.error = Some(c.rank.1);
                     if less(&c, &stopgap) {
                         stopgap = Some(*c);
                     }
