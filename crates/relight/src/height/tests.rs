@@ -257,7 +257,8 @@ fn threads_change_nothing() {
 #[test]
 fn real_height_maps_are_lit_where_rays_light_them() {
     let Some(dir) = steradian_testkit::data("meshes/textures") else { return };
-    for name in ["rocks_NM_height.tga", "stones_NM_height.tga"] {
+    let names = ["rocks_NM_height.tga", "stones_NM_height.tga"];
+    for name in names.into_iter().take(if steradian_testkit::full() { 2 } else { 1 }) {
         let file: PathBuf = dir.join(name);
         let limits = steradian_formats::Limits::default();
         let raster = steradian_formats::read_image(&file, &limits).expect("an image");

@@ -95,7 +95,8 @@ fn no_jumps_anywhere() {
             }
         }
         // Great circles in many planes and circles close to the axes, where borders, corners and poles are.
-        let axes: Vec<DVec3> = directions(24).chain([DVec3::X, DVec3::Y, DVec3::Z]).collect();
+        let planes = if steradian_testkit::full() { 24 } else { 8 };
+        let axes: Vec<DVec3> = directions(planes).chain([DVec3::X, DVec3::Y, DVec3::Z]).collect();
         for filter in [Filter::Bilinear, Filter::CatmullRom, Filter::LimitedCatmullRom] {
             for (k, &n) in axes.iter().enumerate() {
                 let frame = crate::Frame::from_normal(n);

@@ -125,7 +125,8 @@ fn two_bounces_on_real_height_maps_are_those_of_paths() {
     const POINTS: u32 = 384;
     const SPEC: &str = "lambert:albedo=0.8";
     let Some(dir) = steradian_testkit::data("meshes/textures") else { return };
-    for name in ["rocks_NM_height.tga", "stones_NM_height.tga"] {
+    let names = ["rocks_NM_height.tga", "stones_NM_height.tga"];
+    for name in names.into_iter().take(if steradian_testkit::full() { 2 } else { 1 }) {
         let file: PathBuf = dir.join(name);
         let raster =
             steradian_formats::read_image(&file, &steradian_formats::Limits::default()).expect("an image");
