@@ -184,8 +184,8 @@ impl PointsBuf {
         self.slice(0..self.len())
     }
 
-    /// Radiance of the points as `shade` writes it, in blocks on all cores: a point shades to the same bits in
-    /// every batch.
+    /// Radiance of the points as `shade` writes it, in blocks on all cores: a point shades to the same bits
+    /// in every batch.
     pub fn shaded<E: Send>(
         &self,
         shade: &(dyn Fn(&Points<'_>, &mut Radiance<'_>) -> Result<(), E> + Sync),
