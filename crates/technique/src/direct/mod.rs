@@ -9,7 +9,8 @@
 //! have geometry. Disks are integrated by rules whose size follows from the reflectance's width there
 //! ([`steradian_brdf::Peak`]), in elevation and azimuth where grazing views see them at the horizon: relative
 //! to the largest radiance that the disk causes, the error is at most about 1e-3 and mostly far below
-//! ([`rule`]); 4e-3 at grazing views of metals whose lobe is a thousand times narrower than the disk. Light rotation turns disks and directional lights, not point lights.
+//! ([`rule`]); 4e-3 at grazing views of metals whose lobe is a thousand times narrower than the disk. Light
+//! rotation turns disks and directional lights, not point lights.
 
 mod adaptive;
 mod cell;
