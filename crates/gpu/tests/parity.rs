@@ -120,7 +120,7 @@ fn grazing(to: DVec3) -> PointsBuf {
 }
 
 /// Suns apart where lobes are narrowest: a disk, and the texel of a photograph.
-fn horizon(spec: &str) -> Result<(), Failed> {
+fn horizon(spec: &str, bound: f32) -> Result<(), Failed> {
     let gpu = gpu()?;
     let mut texel = light();
     let image = &mut Arc::make_mut(texel.environment.as_mut().ok_or("an image")?).image;
@@ -137,19 +137,35 @@ fn horizon(spec: &str) -> Result<(), Failed> {
         if !bake.gpu().uniforms.iter().any(|u| u.name == "suns") {
             return Err("the sun is not apart: nothing of it was compared".into());
         }
-        compare(gpu, &*bake, &grazing(to))?;
+        let points = grazing(to);
+        within(bound, gpu, &shaded(&*bake, &points), &bake.gpu(), &points)?;
     }
     Ok(())
 }
 
 fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Failed> {
+    within(BOUND, gpu, &shaded(bake, points), &bake.gpu(), points)
+}
+
+fn shaded(bake: &dyn AnyBake, points: &PointsBuf) -> [Vec<f32>; 3] {
     let mut cpu: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
     bake.shade(&points.as_points(), &mut Radiance::of(&mut cpu));
-    same(gpu, &cpu, &bake.gpu(), points)
+    cpu
 }
 
 /// Compares the CPU's radiance with a technique on the GPU.
 fn same(gpu: &Gpu, cpu: &[Vec<f32>; 3], technique: &GpuTechnique, points: &PointsBuf) -> Result<(), Failed> {
+    within(BOUND, gpu, cpu, technique, points)
+}
+
+/// [`same`] up to a relative error.
+fn within(
+    bound: f32,
+    gpu: &Gpu,
+    cpu: &[Vec<f32>; 3],
+    technique: &GpuTechnique,
+    points: &PointsBuf,
+) -> Result<(), Failed> {
     let twin = ComputeTechnique::new(gpu, technique)?.shade(gpu, points)?;
     let scale = cpu.iter().flatten().fold(0.0_f32, |a, x| a.max(x.abs()));
     if scale == 0.0 {
@@ -158,7 +174,7 @@ fn same(gpu: &Gpu, cpu: &[Vec<f32>; 3], technique: &GpuTechnique, points: &Point
     for (k, (a, b)) in cpu.iter().zip(&twin).enumerate() {
         for (i, (x, y)) in a.iter().zip(b).enumerate() {
             let off = (x - y).abs() / x.abs().max(1e-2 * scale);
-            if off > BOUND || off.is_nan() {
+            if off > bound || off.is_nan() {
                 return Err(format!("point {i}, channel {k}: CPU {x}, GPU {y} ({off:.1e} apart)").into());
             }
         }
@@ -376,8 +392,17 @@ fn main() {
             let name = format!("{}::{spec}{with}", t.card().slug);
             Trial::test(name, move || local(t, spec, choice)).with_ignored_flag(ignored)
         });
-    let low = ["ggx:alpha=0.1,f0=0.9", "cook-torrance:m=0.127,f0=0.25"].into_iter().map(|spec| {
-        Trial::test(format!("suns at the horizon::{spec}"), move || horizon(spec)).with_ignored_flag(ignored)
+    // The last two are hundreds of times narrower than the suns: in azimuth single precision hardly tells
+    // apart the directions of a lobe of 1e-4 at grazing views.
+    let low = [
+        ("ggx:alpha=0.1,f0=0.9", BOUND),
+        ("cook-torrance:m=0.127,f0=0.25", BOUND),
+        ("ggx:alpha=1e-4", 0.1),
+        ("sgd:chrome-steel", 5e-3),
+    ];
+    let low = low.into_iter().map(|(spec, bound)| {
+        Trial::test(format!("suns at the horizon::{spec}"), move || horizon(spec, bound))
+            .with_ignored_flag(ignored)
     });
     let varied = registry().iter().filter(|t| !t.planes().is_empty()).flat_map(|t| {
         let widths = t.planes().iter().any(|p| p.name == "widths");

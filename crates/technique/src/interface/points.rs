@@ -4,8 +4,8 @@ use super::{PointChart, PointLobe};
 use glam::{Vec2, Vec3};
 use steradian_parallel::prelude::*;
 
-/// Points of a block that one core shades: several registers, and few enough that points which see a sun, and
-/// take a thousand times as long, fall into different blocks.
+/// Points of a block that one core shades: several registers, and few enough that points which see a sun,
+/// and take far longer than others, fall into different blocks.
 const BLOCK: usize = 32;
 
 /// A batch of surface points in world space; unit vectors point away from the surface. All slices have one
