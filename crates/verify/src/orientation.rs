@@ -1,6 +1,7 @@
 //! Orientation of a map: the 48 symmetries of the cube, rotations about +Y, and exchanged faces.
 
 use glam::{DMat3, DVec3};
+use std::sync::OnceLock;
 use steradian_parallel::prelude::*;
 use steradian_sphere::layout::Position;
 use steradian_sphere::{Layout, SphereImage};
@@ -84,79 +85,155 @@ fn norm(v: &[f64]) -> f64 {
 
 /// Finds how `file` is turned against `world`. Faces may have changed places only in files that are cubes.
 pub fn find(file: &SphereImage, world: &SphereImage) -> Found {
-    let side = SIDE.min(world.height).max(1);
-    let (f, w) = (features(file, side), features(world, side));
-    let scale = norm(&f) * norm(&w);
-    let varies = |v: &[f64]| norm(v) / (v.len() as f64).sqrt();
-    if scale == 0.0 || varies(&w) < 1e-3 || varies(&f) < 1e-4 {
-        let residual = (varies(&f) - varies(&w)).abs();
-        return Found {
-            orientation: Orientation::Axes(DMat3::IDENTITY),
-            residual,
-            straight: residual,
-            certain: false,
-        };
+    Map::new(file, side(world)).find(world)
+}
+
+/// Texels a side of the cube on which a map is compared with `world`.
+pub fn side(world: &SphereImage) -> usize {
+    SIDE.min(world.height).max(1)
+}
+
+/// A file's map as it is compared with worlds of one [`side`].
+pub struct Map<'a> {
+    file: &'a SphereImage,
+    side: usize,
+    features: Vec<f64>,
+    directions: Vec<DVec3>,
+    /// The features of turns about +Y in steps of 3°, then those of mirrored turns.
+    about_y: OnceLock<Vec<Vec<f64>>>,
+}
+
+/// Turns in steps of 3°.
+const COARSE: usize = 120;
+
+impl<'a> Map<'a> {
+    /// The map of `file` on a cube of `side`.
+    pub fn new(file: &'a SphereImage, side: usize) -> Self {
+        let (features, directions) = (features(file, side), directions(side));
+        Self { file, side, features, directions, about_y: OnceLock::new() }
     }
-    let shape = SphereImage::new(Layout::Cube, side, side);
-    let directions = directions(side);
-    let score = |g: DMat3| {
-        let at = |d: &DVec3| {
-            let (face, i, j) = shape.texel_of(g * *d);
-            f[shape.index(face, i, j)]
-        };
-        1.0 - directions.iter().zip(&w).map(|(d, w)| at(d) * w).sum::<f64>() / scale
-    };
-    let scores: Vec<(DMat3, f64)> = symmetries().into_par_iter().map(|g| (g, score(g))).collect();
-    let straight = scores[0].1;
-    let better = |a: f64, b: f64| a < MAX_REMAINING_PART * b && b > MIN_RESIDUAL;
-    let mut best = (Orientation::Axes(DMat3::IDENTITY), straight);
-    let lowest = scores.iter().fold(scores[0], |a, b| if b.1 < a.1 - 1e-6 { *b } else { a });
-    if better(lowest.1, best.1) {
-        best = (Orientation::Axes(lowest.0), lowest.1);
-    }
-    if file.layout == Layout::Cube && side > 2 {
-        let (faces, residual) = by_faces(&f, &w, side, scale);
-        if better(residual, best.1) && best.1 > 5e-3 {
-            best = (Orientation::Faces(faces), residual);
+
+    /// Finds how the file is turned against `world`.
+    pub fn find(&self, world: &SphereImage) -> Found {
+        let (file, side, f) = (self.file, self.side, &self.features);
+        let w = features(world, side);
+        let scale = norm(f) * norm(&w);
+        let varies = |v: &[f64]| norm(v) / (v.len() as f64).sqrt();
+        if scale == 0.0 || varies(&w) < 1e-3 || varies(f) < 1e-4 {
+            let residual = (varies(f) - varies(&w)).abs();
+            return Found {
+                orientation: Orientation::Axes(DMat3::IDENTITY),
+                residual,
+                straight: residual,
+                certain: false,
+            };
         }
-    }
-    if best.1 > 0.02 && side > 2 {
-        let (g, residual) = about_y(file, &w, &directions, side);
-        if better(residual, best.1) {
-            best = (Orientation::Axes(g), residual);
+        let score = |g: DMat3| 1.0 - self.after(g).zip(&w).map(|(v, w)| v * w).sum::<f64>() / scale;
+        let scores: Vec<(DMat3, f64)> = symmetries().into_par_iter().map(|g| (g, score(g))).collect();
+        let straight = scores[0].1;
+        let better = |a: f64, b: f64| a < MAX_REMAINING_PART * b && b > MIN_RESIDUAL;
+        let mut best = (Orientation::Axes(DMat3::IDENTITY), straight);
+        let lowest = scores.iter().fold(scores[0], |a, b| if b.1 < a.1 - 1e-6 { *b } else { a });
+        if better(lowest.1, best.1) {
+            best = (Orientation::Axes(lowest.0), lowest.1);
         }
+        if file.layout == Layout::Cube && side > 2 {
+            let (faces, residual) = by_faces(f, &w, side, scale);
+            if better(residual, best.1) && best.1 > 5e-3 {
+                best = (Orientation::Faces(faces), residual);
+            }
+        }
+        if best.1 > 0.02 && side > 2 {
+            let (g, residual) = self.about_y(&w);
+            if better(residual, best.1) {
+                best = (Orientation::Axes(g), residual);
+            }
+        }
+        Found { orientation: best.0, residual: best.1, straight, certain: true }
     }
-    Found { orientation: best.0, residual: best.1, straight, certain: true }
+
+    /// Correlation of the map's details with the world's, under the symmetry of the cube or the rotation that
+    /// fits best; `None` where the world has no detail. Features common to all lights, such as a bright sky above
+    /// a darker ground, are not detail: the part within bands 0 to 2, which shading of surfaces can follow, is
+    /// removed.
+    pub fn detail(&self, world: &SphereImage) -> Option<f64> {
+        let smooth = smooth_basis(&self.directions);
+        let w = without(&features(world, self.side), &smooth);
+        if norm(&w) < 0.02 * (w.len() as f64).sqrt() {
+            return None;
+        }
+        let likeness = |f: &[f64]| {
+            let f = without(f, &smooth);
+            let all = norm(&f) * norm(&w);
+            if all > 0.0 { f.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>() / all } else { 0.0 }
+        };
+        let symmetric = symmetries().into_iter().map(|g| likeness(&self.after(g).collect::<Vec<_>>()));
+        let found = likeness(&features(&self.find(world).orientation.undo(self.file), self.side));
+        Some(symmetric.fold(found, f64::max))
+    }
+
+    /// The features after a symmetry of the cube, which exchanges texels.
+    fn after(&self, g: DMat3) -> impl Iterator<Item = f64> {
+        let side = self.side;
+        self.directions.iter().map(move |d| {
+            let at = Layout::Cube.position(side, side, g * *d);
+            let (i, j) = ((at.x as usize).min(side - 1), (at.y as usize).min(side - 1));
+            self.features[(at.face * side + j) * side + i]
+        })
+    }
+
+    /// The turn about +Y, perhaps mirrored, that fits features `w` best: steps of 3°, then finer.
+    fn about_y(&self, w: &[f64]) -> (DMat3, f64) {
+        let fine = self.file.resample(Layout::Cube, 2 * self.side, 2 * self.side);
+        let turned = |degrees: f64, mirror: bool| {
+            let m = if mirror { DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)) } else { DMat3::IDENTITY };
+            DMat3::from_rotation_y(degrees.to_radians()) * m
+        };
+        let seen = |g: DMat3| {
+            let value = |d: &DVec3| {
+                let [r, g, b] = fine.bilinear(g * *d);
+                f64::from(r + g + b).max(0.0)
+            };
+            saturated(&self.directions.iter().map(value).collect::<Vec<_>>())
+        };
+        let coarse = |k: usize| ((k % COARSE) as f64 * 360.0 / COARSE as f64, k >= COARSE);
+        let all = self.about_y.get_or_init(|| {
+            let one = |k: usize| {
+                let (degrees, mirror) = coarse(k);
+                seen(turned(degrees, mirror))
+            };
+            (0..2 * COARSE).into_par_iter().map(one).collect()
+        });
+        let score = |v: &[f64]| {
+            1.0 - v.iter().zip(w).map(|(a, b)| a * b).sum::<f64>()
+                / (norm(v) * norm(w)).max(f64::MIN_POSITIVE)
+        };
+        let scores = all.iter().map(|v| score(v)).enumerate();
+        let least = scores.fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
+        let (degrees, mirror) = coarse(least.0);
+        let mut best = (degrees, least.1);
+        for step in [1.0, 0.3, 0.1, 0.03] {
+            for side in [-1.0, 1.0] {
+                loop {
+                    let next = best.0 + side * step;
+                    let next = (next, score(&seen(turned(next, mirror))));
+                    if next.1 >= best.1 {
+                        break;
+                    }
+                    best = next;
+                }
+            }
+        }
+        (turned(best.0, mirror), best.1)
+    }
 }
 
 /// 1 − correlation of a map, after a turn is undone, with the world.
 pub fn residual(orientation: &Orientation, file: &SphereImage, world: &SphereImage) -> f64 {
-    let side = SIDE.min(world.height).max(1);
+    let side = side(world);
     let (f, w) = (features(&orientation.undo(file), side), features(world, side));
     let scale = norm(&f) * norm(&w);
     if scale > 0.0 { 1.0 - f.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>() / scale } else { 0.0 }
-}
-
-/// Correlation of the details of a map with the world's, under the symmetry of the cube or the rotation that
-/// fits best; `None` where the world has no detail. Features common to all lights, such as a bright sky above
-/// a darker ground, are not detail: the part within bands 0 to 2, which shading of surfaces can follow, is
-/// removed.
-pub fn detail(file: &SphereImage, world: &SphereImage) -> Option<f64> {
-    let side = SIDE.min(world.height).max(1);
-    let directions = directions(side);
-    let smooth = smooth_basis(&directions);
-    let w = without(&features(world, side), &smooth);
-    if norm(&w) < 0.02 * (w.len() as f64).sqrt() {
-        return None;
-    }
-    let fine = |orientation: &Orientation| without(&features(&orientation.undo(file), side), &smooth);
-    let likeness = |f: &[f64]| {
-        let all = norm(f) * norm(&w);
-        if all > 0.0 { f.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>() / all } else { 0.0 }
-    };
-    let found = find(file, world).orientation;
-    let turns = symmetries().into_iter().map(Orientation::Axes).chain([found]);
-    turns.map(|t| likeness(&fine(&t))).reduce(f64::max)
 }
 
 /// Orthonormal functions over some directions that span bands 0 to 2.
@@ -259,40 +336,6 @@ fn permute(p: &mut [usize; 6], k: usize, visit: &mut impl FnMut(&[usize; 6])) {
         permute(p, k + 1, visit);
         p.swap(k, i);
     }
-}
-
-/// The turn about +Y, perhaps mirrored, that fits best: steps of 3°, then finer.
-fn about_y(file: &SphereImage, w: &[f64], directions: &[DVec3], side: usize) -> (DMat3, f64) {
-    let fine = file.resample(Layout::Cube, 2 * side, 2 * side);
-    let turned = |degrees: f64, mirror: bool| {
-        let m = if mirror { DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)) } else { DMat3::IDENTITY };
-        DMat3::from_rotation_y(degrees.to_radians()) * m
-    };
-    let score = |g: DMat3| {
-        let value = |d: &DVec3| {
-            let [r, g, b] = fine.bilinear(g * *d);
-            f64::from(r + g + b).max(0.0)
-        };
-        let v = saturated(&directions.iter().map(value).collect::<Vec<_>>());
-        1.0 - v.iter().zip(w).map(|(a, b)| a * b).sum::<f64>() / (norm(&v) * norm(w)).max(f64::MIN_POSITIVE)
-    };
-    let coarse: Vec<(f64, bool, f64)> = (0..240usize)
-        .into_par_iter()
-        .map(|k| ((k % 120) as f64 * 3.0, k >= 120, score(turned((k % 120) as f64 * 3.0, k >= 120))))
-        .collect();
-    let mut best = coarse.into_iter().fold((0.0, false, f64::INFINITY), |a, b| if b.2 < a.2 { b } else { a });
-    for step in [1.0, 0.3, 0.1, 0.03] {
-        for side in [-1.0, 1.0] {
-            loop {
-                let next = (best.0 + side * step, best.1, score(turned(best.0 + side * step, best.1)));
-                if next.2 >= best.2 {
-                    break;
-                }
-                best = next;
-            }
-        }
-    }
-    (turned(best.0, best.1), best.2)
 }
 
 impl Orientation {

@@ -12,6 +12,7 @@ use crate::scale::{Column, Moments};
 use crate::texture;
 use glam::DMat3;
 use std::borrow::Cow;
+use std::collections::HashMap;
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage};
@@ -188,9 +189,13 @@ impl<'a> Bench<'a> {
         let level = &self.input.levels[m];
         // Turns move every texel, and detail is compared in few texels.
         let file = small(level);
-        let like = |reference: &SphereImage, r: f64| {
+        let mut maps: HashMap<usize, orientation::Map<'_>> = HashMap::new();
+        let mut like = |reference: &SphereImage, r: f64| {
             let least = LIKENESS.into_iter().find(|(most, _)| r < *most).map_or(f64::INFINITY, |l| l.1);
-            orientation::detail(&file, &small(reference)).map(|l| l >= least)
+            let reference = small(reference);
+            let side = orientation::side(&reference);
+            let map = maps.entry(side).or_insert_with(|| orientation::Map::new(&file, side));
+            map.detail(&reference).map(|l| l >= least)
         };
         let seen: Vec<bool> = levels.filter_map(|k| like(&self.references[k], roughness(k))).collect();
         if seen.is_empty() || seen.contains(&true) {
