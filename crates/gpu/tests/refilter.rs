@@ -348,9 +348,18 @@ fn apart(a: &[Vec<f32>; 3], b: &[Vec<f32>; 3]) -> f64 {
 }
 
 fn bake(slug: &str, spec: &str, lights: &Lights) -> Result<Box<dyn AnyBake>, Failed> {
+    bake_with(slug, spec, lights, &ParamValues::default())
+}
+
+fn bake_with(
+    slug: &str,
+    spec: &str,
+    lights: &Lights,
+    values: &ParamValues,
+) -> Result<Box<dyn AnyBake>, Failed> {
     let t = steradian_techniques::find(slug).ok_or("no such technique")?;
     let material = Material::new(steradian_brdf::parse(spec)?);
-    Ok(t.draft(lights, &material, None, &ParamValues::default(), &Task::quiet())?)
+    Ok(t.draft(lights, &material, None, values, &Task::quiet())?)
 }
 
 /// A technique baked for a plain sky, given the chain that the GPU makes of other light, shades as one baked
@@ -449,8 +458,11 @@ fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
         }
         // Reflectances of one technique differ in the widths of their levels, or share its chain.
         let count = if steradian_testkit::full() { card.specimens.len() } else { 1 };
+        // Narrow Gaussians take software adapters two thirds of the time.
+        let fewer = card.slug == "gaussian_lobes" && gpu.is_software() && !steradian_testkit::full();
+        let values: ParamValues = fewer.then_some(("sigma", 8.0)).into_iter().collect();
         for spec in card.specimens.iter().take(count) {
-            let mut baked = bake(card.slug, spec, &before)?.with_view(&view);
+            let mut baked = bake_with(card.slug, spec, &before, &values)?.with_view(&view);
             let Some(tables) = baked.light_tables(false) else { break };
             let described = baked.gpu();
             let twin = ComputeTechnique::new(gpu, &described)?;

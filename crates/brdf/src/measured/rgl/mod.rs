@@ -71,12 +71,12 @@ pub struct Rgl {
     spec: String,
     arrays: Arrays,
     negative: usize,
-    sigma: Grids,
-    ndf: Grids,
+    sigma: Grids<1>,
+    ndf: Grids<1>,
     vndf: Density,
     luminance: Density,
     /// Red, green, blue.
-    colours: [Grids; 3],
+    colours: Grids<3>,
     isotropic: bool,
     /// 1, 2 or 4: the circle over the span of the azimuths.
     symmetry: u32,
@@ -93,20 +93,15 @@ fn theta_to_u(theta: f64) -> f64 {
     (theta / FRAC_PI_2).sqrt()
 }
 
-/// One slice, whole.
-const ONLY: Blend = [(0, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
-
 impl Rgl {
     fn new(spec: String, arrays: Arrays, negative: usize) -> Option<Self> {
         let [phi, _, sigma, ndf, vndf, luminance, colours, _] = &arrays.0;
         let size = |a: &file::Array| [a.shape[a.shape.len() - 1], a.shape[a.shape.len() - 2]];
-        let grid = |a: &file::Array| Grids::new(size(a), a.values.clone());
+        let grid = |a: &file::Array| Grids::new(size(a), a.values.iter().map(|v| [*v]).collect());
         let density = |a: &file::Array| Density::new(size(a), a.values.clone());
         let plane = size(colours)[0] * size(colours)[1];
-        let colour = |c: usize| {
-            let slices = colours.values.chunks_exact(3 * plane);
-            Grids::new(size(colours), slices.flat_map(|s| s[c * plane..(c + 1) * plane].to_vec()).collect())
-        };
+        let slices = colours.values.chunks_exact(3 * plane);
+        let nodes = slices.flat_map(|s| (0..plane).map(|i| [s[i], s[plane + i], s[2 * plane + i]]));
         let span = f64::from(phi.values[phi.values.len() - 1] - phi.values[0]);
         let isotropic = phi.values.len() <= 2;
         let symmetry = if isotropic || span <= 0.0 { 1 } else { (TAU / span).round().clamp(1.0, 4.0) as u32 };
@@ -117,7 +112,7 @@ impl Rgl {
             ndf: grid(ndf),
             vndf: density(vndf)?,
             luminance: density(luminance)?,
-            colours: [colour(0), colour(1), colour(2)],
+            colours: Grids::new(size(colours), nodes.collect()),
             isotropic,
             symmetry,
             shape: Shape::measure(&|_, _| [0.0; 3], true),
@@ -224,15 +219,15 @@ impl Brdf for Rgl {
         let (blend, from) = (self.blend(view), self.from(view));
         let scaled = self.arrays.0[7].values[0] != 0.0;
         let turn = (azimuth(view) + PI) / TAU;
-        let sigma = self.sigma.value(&ONLY, DVec2::new(theta_to_u(polar_angle(view)), turn));
+        let [sigma] = self.sigma.value(&Blend::FIRST, DVec2::new(theta_to_u(polar_angle(view)), turn));
         if scaled && sigma <= 0.0 {
             return;
         }
         for (wi, f) in wi.iter().zip(out).filter(|(wi, _)| above(**wi, wo)) {
             let u = self.place(self.folded(*wi, wo).0, view, from);
             let s = self.vndf.invert(&blend, u);
-            let factor = if scaled { self.ndf.value(&ONLY, u) / (4.0 * sigma) } else { 1.0 };
-            *f = self.colours.each_ref().map(|c| c.value(&blend, s) * factor);
+            let factor = if scaled { self.ndf.value(&Blend::FIRST, u)[0] / (4.0 * sigma) } else { 1.0 };
+            *f = self.colours.value(&blend, s).map(|c| c * factor);
         }
     }
 
@@ -251,11 +246,15 @@ impl Brdf for Rgl {
     /// Cells of the shader: azimuths, elevations, σ, D, visible D (two cells a node), colours.
     fn shader(&self) -> Option<BrdfShader> {
         let [phi, theta, sigma, ndf, vndf, _, colours, jacobian] = &self.arrays.0;
-        let single = [&phi.values[..], &theta.values, self.sigma.values(), self.ndf.values()];
+        let single = [
+            &phi.values[..],
+            &theta.values,
+            self.sigma.values().as_flattened(),
+            self.ndf.values().as_flattened(),
+        ];
         let mut cells: Vec<[f32; 3]> = single.concat().into_iter().map(|v| [v; 3]).collect();
         cells.extend(self.vndf.cells());
-        let [r, g, b] = self.colours.each_ref().map(Grids::values);
-        cells.extend((0..r.len()).map(|i| [r[i], g[i], b[i]]));
+        cells.extend_from_slice(self.colours.values());
         if cells.len() > MAX_CELLS {
             return None;
         }

@@ -3,18 +3,32 @@
 
 use glam::DVec2;
 
-/// Functions at nodes over the unit square (corner to corner), for every pair of the values of two
+/// `N` functions at nodes over the unit square (corner to corner), for every pair of the values of two
 /// parameters.
 #[derive(Debug, Clone)]
-pub(super) struct Grids {
+pub(super) struct Grids<const N: usize> {
     /// Columns and rows.
     size: [usize; 2],
-    /// Slice by slice, row by row.
-    values: Vec<f32>,
+    /// Slice by slice, row by row; the functions of a node side by side.
+    values: Vec<[f32; N]>,
 }
 
 /// The slices about a pair of parameters, with their shares.
-pub(super) type Blend = [(usize, f64); 4];
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Blend {
+    slices: [(usize, f64); 4],
+    count: usize,
+}
+
+impl Blend {
+    /// The first slice, whole.
+    pub const FIRST: Self = Self { slices: [(0, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)], count: 1 };
+
+    /// Slices that have a share.
+    fn slices(&self) -> &[(usize, f64)] {
+        &self.slices[..self.count]
+    }
+}
 
 /// Position of `x` among ascending `nodes`: the index of the lower neighbour, and the weight of the upper
 /// one.
@@ -32,29 +46,42 @@ pub(super) fn blend(phis: &[f32], thetas: &[f32], phi: f64, theta: f64) -> Blend
     let ((p, tp), (t, tt)) = (place(phis, phi), place(thetas, theta));
     let slice =
         |dp: usize, dt: usize| (p + dp).min(phis.len() - 1) * thetas.len() + (t + dt).min(thetas.len() - 1);
-    [
+    let all = [
         (slice(0, 0), (1.0 - tp) * (1.0 - tt)),
         (slice(0, 1), (1.0 - tp) * tt),
         (slice(1, 0), tp * (1.0 - tt)),
         (slice(1, 1), tp * tt),
-    ]
+    ];
+    let mut out = Blend { count: 0, ..Blend::FIRST };
+    for one in all.into_iter().filter(|(_, share)| *share > 0.0) {
+        out.slices[out.count] = one;
+        out.count += 1;
+    }
+    out
 }
 
-impl Grids {
+impl<const N: usize> Grids<N> {
     /// `values` are slices of `size[1]` rows of `size[0]` columns, two at least of both.
-    pub fn new(size: [usize; 2], values: Vec<f32>) -> Self {
+    pub fn new(size: [usize; 2], values: Vec<[f32; N]>) -> Self {
         Self { size, values }
     }
 
-    /// Every number.
-    pub fn values(&self) -> &[f32] {
+    /// Every node.
+    pub fn values(&self) -> &[[f32; N]] {
         &self.values
     }
 
-    fn node(&self, blend: &Blend, x: usize, y: usize) -> f64 {
+    #[inline]
+    fn node(&self, blend: &Blend, x: usize, y: usize) -> [f64; N] {
         let [w, h] = self.size;
-        let at = |slice: usize| f64::from(self.values[(slice * h + y) * w + x]);
-        blend.iter().filter(|b| b.1 > 0.0).map(|(slice, share)| share * at(*slice)).sum()
+        let mut sum = [0.0; N];
+        for (slice, share) in blend.slices() {
+            let values = &self.values[(slice * h + y) * w + x];
+            for k in 0..N {
+                sum[k] += share * f64::from(values[k]);
+            }
+        }
+        sum
     }
 
     /// The node below `u` along an axis of `n`, and the share of the next.
@@ -64,20 +91,30 @@ impl Grids {
         (i, t - i as f64)
     }
 
-    /// The bilinear value at `u`.
-    pub fn value(&self, blend: &Blend, u: DVec2) -> f64 {
+    /// The bilinear values at `u`.
+    #[inline]
+    pub fn value(&self, blend: &Blend, u: DVec2) -> [f64; N] {
         let ((x, tx), (y, ty)) = (Self::cell(u.x, self.size[0]), Self::cell(u.y, self.size[1]));
-        let row = |y: usize| (1.0 - tx) * self.node(blend, x, y) + tx * self.node(blend, x + 1, y);
-        (1.0 - ty) * row(y) + ty * row(y + 1)
+        let row = |y: usize| mix(self.node(blend, x, y), self.node(blend, x + 1, y), tx);
+        mix(row(y), row(y + 1), ty)
     }
+}
+
+/// Between `a` and `b`.
+#[inline]
+fn mix<const N: usize>(a: [f64; N], b: [f64; N], t: f64) -> [f64; N] {
+    let mut out = a;
+    for k in 0..N {
+        out[k] = (1.0 - t) * a[k] + t * b[k];
+    }
+    out
 }
 
 /// [`Grids`] as densities: every slice integrates to 1.
 #[derive(Debug, Clone)]
 pub(super) struct Density {
-    density: Grids,
-    /// ∫ along the row up to each node.
-    along: Grids,
+    /// The density, and its ∫ along the row up to each node.
+    nodes: Grids<2>,
     /// ∫ over the rows up to each row.
     rows: Vec<f32>,
 }
@@ -110,60 +147,63 @@ impl Density {
             along.iter_mut().zip(sums).for_each(|(a, s)| *a = (s / total) as f32);
             rows.iter_mut().zip(row_sums).for_each(|(r, s)| *r = (s / total) as f32);
         }
-        Some(Self { density: Grids::new(size, values), along: Grids::new(size, along), rows })
+        let nodes = values.into_iter().zip(along).map(|(v, a)| [v, a]).collect();
+        Some(Self { nodes: Grids::new(size, nodes), rows })
     }
 
     /// Two cells for each node: the density, its integral along the row up to the node and that over the rows
     /// up to the row, and the remainders of the integrals that half precision would lose.
     pub fn cells(&self) -> impl Iterator<Item = [f32; 3]> {
-        let w = self.density.size[0];
+        let w = self.nodes.size[0];
         // Eleven bits, as a half has.
         let head = |v: f32| f32::from_bits(v.to_bits() & !0x1fff);
-        let nodes = self.density.values.iter().zip(&self.along.values).enumerate();
-        nodes.flat_map(move |(i, (&density, &along))| {
+        self.nodes.values.iter().enumerate().flat_map(move |(i, &[density, along])| {
             let below = self.rows[i / w];
             [[density, head(along), head(below)], [0.0, along - head(along), below - head(below)]]
         })
     }
 
     fn row_sum(&self, blend: &Blend, y: usize) -> f64 {
-        let h = self.density.size[1];
-        blend.iter().filter(|b| b.1 > 0.0).map(|(s, share)| share * f64::from(self.rows[s * h + y])).sum()
+        let h = self.nodes.size[1];
+        blend.slices().iter().map(|(s, share)| share * f64::from(self.rows[s * h + y])).sum()
     }
 
     /// Density at `u`.
     pub fn pdf(&self, blend: &Blend, u: DVec2) -> f64 {
-        self.density.value(blend, u)
+        let [density, _] = self.nodes.value(blend, u);
+        density
     }
 
     /// The uniform numbers that [`Density::sample`] maps to `u`.
     pub fn invert(&self, blend: &Blend, u: DVec2) -> DVec2 {
-        let [w, h] = self.density.size;
-        let ((x, tx), (y, ty)) = (Grids::cell(u.x, w), Grids::cell(u.y, h));
+        let [w, h] = self.nodes.size;
+        let ((x, tx), (y, ty)) = (Grids::<2>::cell(u.x, w), Grids::<2>::cell(u.y, h));
         let (dx, dy) = (1.0 / (w - 1) as f64, 1.0 / (h - 1) as f64);
-        let between = |g: &Grids, x: usize| (1.0 - ty) * g.node(blend, x, y) + ty * g.node(blend, x, y + 1);
-        let (a, b) = (between(&self.density, x), between(&self.density, x + 1));
-        let within = between(&self.along, x) + dx * tx * (a + 0.5 * tx * (b - a));
-        let row = between(&self.along, w - 1);
-        let (r0, r1) = (self.along.node(blend, w - 1, y), self.along.node(blend, w - 1, y + 1));
+        let node = |x: usize, y: usize| self.nodes.node(blend, x, y);
+        let between = |x: usize| mix(node(x, y), node(x, y + 1), ty);
+        let ([a, before], [b, _]) = (between(x), between(x + 1));
+        let within = before + dx * tx * (a + 0.5 * tx * (b - a));
+        let ([_, r0], [_, r1]) = (node(w - 1, y), node(w - 1, y + 1));
+        let row = (1.0 - ty) * r0 + ty * r1;
         let below = self.row_sum(blend, y) + dy * ty * (r0 + 0.5 * ty * (r1 - r0));
         DVec2::new(if row > 0.0 { within / row } else { tx }, below).clamp(DVec2::ZERO, DVec2::ONE)
     }
 
     /// The place that two uniform numbers are mapped to, of density [`Density::pdf`].
     pub fn sample(&self, blend: &Blend, u: DVec2) -> DVec2 {
-        let [w, h] = self.density.size;
+        let [w, h] = self.nodes.size;
         let (dx, dy) = (1.0 / (w - 1) as f64, 1.0 / (h - 1) as f64);
+        let node = |x: usize, y: usize| self.nodes.node(blend, x, y);
         let total = self.row_sum(blend, h - 1);
         let wanted = u.y * total;
         let y = last(h - 1, |y| self.row_sum(blend, y) <= wanted);
-        let (r0, r1) = (self.along.node(blend, w - 1, y), self.along.node(blend, w - 1, y + 1));
+        let ([_, r0], [_, r1]) = (node(w - 1, y), node(w - 1, y + 1));
         let ty = linear((wanted - self.row_sum(blend, y)) / dy, r0, r1);
-        let between = |g: &Grids, x: usize| (1.0 - ty) * g.node(blend, x, y) + ty * g.node(blend, x, y + 1);
-        let wanted = u.x * between(&self.along, w - 1);
-        let x = last(w - 1, |x| between(&self.along, x) <= wanted);
-        let (a, b) = (between(&self.density, x), between(&self.density, x + 1));
-        let tx = linear((wanted - between(&self.along, x)) / dx, a, b);
+        let between = |x: usize| mix(node(x, y), node(x, y + 1), ty);
+        let wanted = u.x * between(w - 1)[1];
+        let x = last(w - 1, |x| between(x)[1] <= wanted);
+        let ([a, before], [b, _]) = (between(x), between(x + 1));
+        let tx = linear((wanted - before) / dx, a, b);
         DVec2::new((x as f64 + tx) * dx, (y as f64 + ty) * dy)
     }
 }
@@ -198,7 +238,7 @@ mod tests {
     fn sample_and_invert_are_each_others_inverse_and_the_density_is_theirs() {
         let d = density();
         let blend = blend(&[0.0], &[0.2, 1.0], 0.3, 0.5);
-        let shares: f64 = blend.iter().map(|b| b.1).sum();
+        let shares: f64 = blend.slices().iter().map(|b| b.1).sum();
         assert!((shares - 1.0).abs() < 1e-12);
         for i in 0..200 {
             let u =
@@ -218,11 +258,11 @@ mod tests {
 
     #[test]
     fn nodes_and_between() {
-        let g = Grids::new([2, 2], vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        let g = Grids::new([2, 2], [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(|v| [v]).to_vec());
         let first = blend(&[0.0], &[0.0, 1.0], 0.0, 0.0);
-        assert_eq!(g.value(&first, DVec2::new(1.0, 1.0)), 3.0);
-        assert_eq!(g.value(&first, DVec2::new(0.5, 0.0)), 0.5);
+        assert_eq!(g.value(&first, DVec2::new(1.0, 1.0)), [3.0]);
+        assert_eq!(g.value(&first, DVec2::new(0.5, 0.0)), [0.5]);
         let half = blend(&[0.0], &[0.0, 1.0], 0.0, 0.5);
-        assert_eq!(g.value(&half, DVec2::ZERO), 2.0);
+        assert_eq!(g.value(&half, DVec2::ZERO), [2.0]);
     }
 }

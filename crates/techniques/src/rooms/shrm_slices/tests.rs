@@ -132,7 +132,13 @@ fn suns_keep_their_outline_at_the_horizon() {
 #[test]
 fn modules_with_lights_are_valid() {
     for spec in ["ggx:alpha=0.3", "lafortune:@skin", "sgd:gold-paint", "kajiya-kay:s=16"] {
-        let b = bake("shrm_slices", &lights::sunny(), spec, &[("lights", 3.0), ("size", 8.0)], None);
+        let b = bake(
+            "shrm_slices",
+            &lights::sunny(),
+            spec,
+            &[("lights", 3.0), ("size", 8.0), ("order", 24.0)],
+            None,
+        );
         let text = crate::gpu::module(&b.gpu());
         let module = naga::front::wgsl::parse_str(&text).map_err(|e| e.emit_to_string(&text));
         let flags = naga::valid::ValidationFlags::all();
