@@ -92,6 +92,12 @@ pub trait Brdf: Debug + Send + Sync {
         None
     }
 
+    /// Is it interpolated between tabulated values, with a crease at the border of every cell? Quadratures that
+    /// add up the error estimates of their parts then state errors that are far too large.
+    fn is_interpolated(&self) -> bool {
+        false
+    }
+
     /// Findings in the measurements that users should know, one line each: missing cells and how they were
     /// filled, negative values. Empty for formulas.
     fn notes(&self) -> Vec<String> {

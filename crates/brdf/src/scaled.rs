@@ -35,6 +35,10 @@ impl Brdf for Scaled {
         self.brdf.held()
     }
 
+    fn is_interpolated(&self) -> bool {
+        self.brdf.is_interpolated()
+    }
+
     fn notes(&self) -> Vec<String> {
         self.brdf.notes()
     }

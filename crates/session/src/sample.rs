@@ -1,11 +1,11 @@
 //! The error of a technique in a picture: at a sample of its points, against the reference.
 
 use crate::effort::{processor_seconds, within};
+use crate::material::picture_reference;
 use crate::{Error, Local, Material, Method, PictureError, Prepared, Scene, Session};
 use glam::Vec3;
 use std::sync::Arc;
 use steradian_base::Task;
-use steradian_reference::{Lookup, Reference};
 use steradian_render::{
     Background, Film, ReferenceShader, Settings, Shader, Stage, Surface, SurfaceMaps, render,
 };
@@ -21,8 +21,6 @@ const LOOK: f64 = 1.0;
 const SIDES: [usize; 2] = [8, 24];
 /// Relative error of the reference at these points: far below the errors that are compared.
 const TOLERANCE: f64 = 1e-2;
-/// Evaluations of the reflectance at most at one of these points.
-const EVALUATIONS: u64 = 100_000;
 
 /// Cosines between normal and view at which vertices count as silhouettes: 80° to 89°.
 const SILHOUETTE_COSINES: std::ops::Range<f32> = 0.0175..0.1736;
@@ -69,7 +67,7 @@ impl<'a> Sample<'a> {
         }
         let task = session.task.clone().without_progress();
         let start = processor_seconds();
-        let reference = Reference::new(&scene.lights, Lookup::Bilinear, &task)?.with_budget(EVALUATIONS);
+        let reference = picture_reference(&scene.lights, &*material.brdf, &task)?;
         let shader = ReferenceShader::new(Arc::new(reference), material.brdf.clone(), TOLERANCE);
         let shader = Arc::new(shader.varied(material.texel_reflectance()));
         let surface = Surface { shader, base_colour: None, maps: SurfaceMaps::default() };

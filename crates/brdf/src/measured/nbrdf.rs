@@ -116,6 +116,10 @@ impl Tabulated for Network {
         &INFO
     }
 
+    fn is_interpolated(&self) -> bool {
+        false
+    }
+
     fn held(&self) -> Vec<f64> {
         self.weights.iter().map(|v| f64::from(*v)).collect()
     }

@@ -19,6 +19,11 @@ pub(super) trait Tabulated: Debug + Send + Sync + 'static {
     /// See [`Brdf::held`].
     fn held(&self) -> Vec<f64>;
 
+    /// See [`Brdf::is_interpolated`].
+    fn is_interpolated(&self) -> bool {
+        true
+    }
+
     /// See [`Brdf::notes`].
     fn notes(&self) -> Vec<String> {
         Vec::new()
@@ -113,6 +118,10 @@ impl<T: Tabulated> Brdf for Measured<T> {
 
     fn held(&self) -> Option<Vec<f64>> {
         Some(self.data.held())
+    }
+
+    fn is_interpolated(&self) -> bool {
+        self.data.is_interpolated()
     }
 
     fn notes(&self) -> Vec<String> {

@@ -2,7 +2,7 @@
 
 #[cfg(feature = "gpu")]
 use super::Changed;
-use super::{Material, OtherCertificates, PICTURE_TOLERANCE, Prepared};
+use super::{Material, OtherCertificates, PICTURE_TOLERANCE, Prepared, picture_reference};
 use crate::saved::check_mesh;
 use crate::scene::Sited;
 use crate::{Error, Local, Method, Notice, Session, Shadows};
@@ -273,9 +273,11 @@ impl Session {
 /// The reference, which needs no bake but hierarchies of the lights.
 fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepared, Error> {
     let start = Instant::now();
-    let reference = Arc::new(Reference::new(under.lights, Lookup::Bilinear, task)?);
-    let tolerance = under.tolerance.unwrap_or(PICTURE_TOLERANCE);
-    let shader = ReferenceShader::new(reference, material.brdf.clone(), tolerance);
+    let (reference, tolerance) = match under.tolerance {
+        Some(tolerance) => (Reference::new(under.lights, Lookup::Bilinear, task)?, tolerance),
+        None => (picture_reference(under.lights, &*material.brdf, task)?, PICTURE_TOLERANCE),
+    };
+    let shader = ReferenceShader::new(Arc::new(reference), material.brdf.clone(), tolerance);
     let shader = Arc::new(shader.varied(material.texel_reflectance()));
     Ok(Prepared {
         material: material.clone(),

@@ -185,6 +185,10 @@ impl Brdf for Rgl {
         Some(self.arrays.numbers())
     }
 
+    fn is_interpolated(&self) -> bool {
+        true
+    }
+
     fn notes(&self) -> Vec<String> {
         let [phi, theta, ..] = &self.arrays.0;
         let mut notes = vec![format!(
