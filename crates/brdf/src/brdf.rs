@@ -92,8 +92,8 @@ pub trait Brdf: Debug + Send + Sync {
         None
     }
 
-    /// Is it interpolated between tabulated values, with a crease at the border of every cell? Quadratures that
-    /// add up the error estimates of their parts then state errors that are far too large.
+    /// Is it interpolated between tabulated values, with a crease at the border of every cell? Quadratures
+    /// that add up the error estimates of their parts then state errors that are far too large.
     fn is_interpolated(&self) -> bool {
         false
     }

@@ -152,10 +152,10 @@ impl<'a> Map<'a> {
         Found { orientation: best.0, residual: best.1, straight, certain: true }
     }
 
-    /// Correlation of the map's details with the world's, under the symmetry of the cube or the rotation that
-    /// fits best; `None` where the world has no detail. Features common to all lights, such as a bright sky above
-    /// a darker ground, are not detail: the part within bands 0 to 2, which shading of surfaces can follow, is
-    /// removed.
+    /// Correlation of the map's details with the world's, under the symmetry of the cube or the rotation
+    /// that fits best; `None` where the world has no detail. Features common to all lights, such as a
+    /// bright sky above a darker ground, are not detail: the part within bands 0 to 2, which shading of
+    /// surfaces can follow, is removed.
     pub fn detail(&self, world: &SphereImage) -> Option<f64> {
         let smooth = smooth_basis(&self.directions);
         let w = without(&features(world, self.side), &smooth);

@@ -33,14 +33,15 @@ const CHEAP: usize = 4 << 20;
 /// Number of disks whose exact shading takes as long as all maps: so many disks must save half of the bytes.
 const WORTH: f64 = 64.0;
 
-/// Where no tolerance is given, disks that leave at most this part of the mean square radiance in maps, as seen
-/// along the normal, are taken out even if maps of all light err less. Such maps ring around what is so bright,
-/// over the dark beside it, which the mean square hardly shows: of a sphere of GGX 0.1 in a studio
-/// (`studio_small_03`) a tenth of the points were off by 66 % and more at a certified error of 1.1 %; with 31
-/// disks, which leave 4 %, it is 16 % at 2.0 %. In ten other photographs as many disks leave 38 % or more.
+/// Where no tolerance is given, disks that leave at most this part of the mean square radiance in maps, as
+/// seen along the normal, are taken out even if maps of all light err less. Such maps ring around what is
+/// so bright, over the dark beside it, which the mean square hardly shows: of a sphere of GGX 0.1 in a
+/// studio (`studio_small_03`) a tenth of the points were off by 66 % and more at a certified error of 1.1
+/// %; with 31 disks, which leave 4 %, it is 16 % at 2.0 %. In ten other photographs as many disks leave 38
+/// % or more.
 const FEW_LIGHTS: f64 = 0.1;
-/// The largest error of an elevation with such disks. That of `sgd:chrome-steel`, whose lobes are narrower than
-/// a disk, would be far above it: 75 to 90 % over all views.
+/// The largest error of an elevation with such disks. That of `sgd:chrome-steel`, whose lobes are narrower
+/// than a disk, would be far above it: 75 to 90 % over all views.
 const FEW_LIGHTS_ERROR: f64 = 0.05;
 
 /// A split of the light into maps and exactly shaded disks, and the error of both together.
@@ -98,9 +99,9 @@ impl Choice {
         Self { apart, expansion, scale: scaled.scale, report, error, worst, in_maps, lenient }
     }
 
-    /// Cost of a choice: how far the tolerance is missed, in steps of 5 %; then bytes, with the shading time
-    /// of disks counted as bytes. `in_maps` is of the light without suns, where no tolerance is given: where
-    /// its disks are few lights that outshine the rest, it counts as missing nothing.
+    /// Cost of a choice: how far the tolerance is missed, in steps of 5 %; then bytes, with the shading
+    /// time of disks counted as bytes. `in_maps` is of the light without suns, where no tolerance is given:
+    /// where its disks are few lights that outshine the rest, it counts as missing nothing.
     fn cost(&self, tolerance: f64, in_maps: Option<f64>) -> (u64, f64) {
         let miss = (self.worst.sqrt() / tolerance).max(1.0);
         let few = in_maps.is_some_and(|all| self.in_maps <= FEW_LIGHTS * all);

@@ -54,8 +54,8 @@ fn a_small_sun_is_held_up_to_80_degrees() {
     }
 }
 
-/// Lamps that outshine all else are shaded exactly though maps of all light err less in the mean square: beside
-/// their reflections, where that hardly looks, the maps ring.
+/// Lamps that outshine all else are shaded exactly though maps of all light err less in the mean square:
+/// beside their reflections, where that hardly looks, the maps ring.
 #[test]
 fn few_lights_that_outshine_the_rest_are_taken_out() {
     let spec = "ggx:alpha=0.1";
