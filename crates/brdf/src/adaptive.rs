@@ -18,6 +18,7 @@ pub(crate) const NODES: [f64; 8] = [
     0.207_784_955_007_898_47,
     0.0,
 ];
+/// Weights of the fifteen points, in the order of [`NODES`].
 pub(crate) const KRONROD: [f64; 8] = [
     0.022_935_322_010_529_22,
     0.063_092_092_629_978_55,

@@ -20,6 +20,7 @@ pub(crate) const REC709: Primaries = Primaries([[0.64, 0.33], [0.30, 0.60], [0.1
 pub(crate) const RADIANCE: Primaries =
     Primaries([[0.64, 0.33], [0.29, 0.60], [0.15, 0.06], [1. / 3., 1. / 3.]]);
 
+/// XYZ to the cone responses in which white points are adapted (Lam 1985; ICC.1:2010, annex E).
 const BRADFORD: M = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
 impl Primaries {

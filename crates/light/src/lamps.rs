@@ -69,6 +69,7 @@ impl Lamp {
 /// Bytes of a file of lights: ten thousand lights take less.
 const MAX_BYTES: u64 = 4 << 20;
 
+/// Range of a parameter that has no upper bound.
 const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
 const DIRECTION: ParamInfo = ParamInfo::vector("direction", "to the light, any length");
 const ANGULAR_RADIUS: ParamInfo =

@@ -45,6 +45,7 @@ fn nodes() -> &'static Nodes {
         let angles: Vec<f64> = inner.chain((0..far).map(|b| (FAR + FAR_STEP * b as f64).min(PI))).collect();
         let mut even = vec![0.0; angles.len()];
         let mut add = |from: f64, to: f64| {
+            // Pieces of a ring between two neighbouring angles.
             const PARTS: usize = 16;
             for k in 0..PARTS {
                 let edge = |k: usize| from + (to - from) * k as f64 / PARTS as f64;

@@ -46,6 +46,7 @@ pub static INFO: Info = Info {
 
 pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
+/// A file of this kind has some hundreds of nodes.
 const MAX_BYTES: u64 = 16 << 20;
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {

@@ -34,6 +34,7 @@ pub static INFO: Info = Info {
 
 pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
+/// Four million measurements take less.
 const MAX_BYTES: u64 = 256 << 20;
 const ANGLES: [&str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
 const VALUES: [&str; 3] = ["r", "g", "b"];

@@ -40,6 +40,7 @@ pub static INFO: Info = Info {
 
 pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
+/// Neurons of each of the two hidden layers.
 const HIDDEN: usize = 21;
 /// More materials than any such file has.
 const MAX_BYTES: u64 = 16 << 20;

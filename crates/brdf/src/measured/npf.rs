@@ -48,6 +48,7 @@ pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 /// Name of the list of names in the table's folder.
 pub(super) const NAMES: &str = "npf_material_names.txt";
 
+/// Entries of each tabulated factor, a degree each.
 const BINS: usize = 90;
 /// ρ_d, ρ_s and the three factors.
 const USED: usize = 2 + 3 * BINS;

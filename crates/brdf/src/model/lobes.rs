@@ -34,6 +34,7 @@ pub static INFO: Info = Info {
 
 pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
+/// Of the file; the numbers in it are bounded by [`MAX_VIEWS`].
 const MAX_BYTES: u64 = 1 << 20;
 const MAX_VIEWS: usize = 4096;
 /// Most densities for a lobe.

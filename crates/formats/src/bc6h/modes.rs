@@ -29,6 +29,7 @@ pub(super) struct Mode {
 /// `r1[4:0]` is bits 0 to 4 of the red of endpoint 1, `r0[10:11]` bit 11 and then bit 10.
 type Row = (u32, u32, usize, u32, Option<[u32; 3]>, &'static str);
 
+/// In the specification's order.
 const ROWS: [Row; 14] = [
     (
         0,
@@ -176,6 +177,7 @@ pub(super) const ANCHORS: [usize; 32] = [
     8, 2, 2,
 ];
 
+/// Sixty-fourths of the last endpoint, by index of four bits.
 pub(super) const WEIGHTS16: [i32; 16] = [0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64];
 
 /// The eight weights of two subsets, with eight that are not used.

@@ -55,6 +55,7 @@ struct SoftBox {
     radiance: [f64; 3],
 }
 
+/// Placed by eye, as a photographer lights a product.
 const BOXES: [SoftBox; 6] = [
     // Key, front left.
     SoftBox {

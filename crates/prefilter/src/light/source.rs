@@ -243,6 +243,7 @@ impl Kernel for Scan<'_> {
 
     #[inline(always)]
     fn run<A: Arch>(self) -> Row {
+        // Texels of a step, a register of AVX2.
         const N: usize = 8;
         let mut flux = [[0.0_f64; N]; 3];
         let (mut positive, mut square) = ([0.0_f64; N], [0.0_f64; N]);

@@ -6,6 +6,7 @@ use glam::DVec2;
 #[derive(Debug, Clone)]
 pub(super) struct Random(u64);
 
+/// What the state advances by: 2⁶⁴ over the golden ratio, odd.
 const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
 fn mix(mut z: u64) -> u64 {

@@ -34,6 +34,7 @@ const BOTTOM: usize = 5;
 /// A cross-section of handle or spout: x and height at either side, and half its width.
 type Section = [f64; 5];
 
+/// From the body's upper joint to the lower one.
 const HANDLE: [Section; 7] = [
     [-1.6, 2.025, -1.5, 2.25, 0.3],
     [-2.3, 2.025, -2.5, 2.25, 0.3],
@@ -44,6 +45,7 @@ const HANDLE: [Section; 7] = [
     [-2.0, 0.9, -1.9, 0.6, 0.3],
 ];
 
+/// From the body to the mouth.
 const SPOUT: [Section; 7] = [
     [1.7, 1.425, 1.7, 0.6, 0.66],
     [2.6, 1.425, 3.1, 0.825, 0.66],

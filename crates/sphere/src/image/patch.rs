@@ -159,6 +159,7 @@ impl Patches {
 
 /// Azimuth in the middle of an eighth, its sine and cosine.
 fn middle(patch: usize) -> (f64, f64, f64) {
+    // cos π/8 and sin π/8.
     const C: f64 = 0.923_879_532_511_286_8;
     const S: f64 = 0.382_683_432_365_089_8;
     const SINES: [f64; 8] = [-S, -C, -C, -S, S, C, C, S];

@@ -19,6 +19,7 @@ impl Default for R2 {
 impl R2 {
     /// The point of index `k`.
     pub fn point(&self, k: u32) -> DVec2 {
+        // Root of g³ = g + 1 (Roberts 2018).
         const G: f64 = 1.324_717_957_244_746;
         let k = f64::from(k);
         DVec2::new((self.shift.x + k / G).fract(), (self.shift.y + k / (G * G)).fract())

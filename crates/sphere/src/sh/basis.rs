@@ -6,10 +6,11 @@ use std::sync::OnceLock;
 
 /// Values below are kept as v·2^(800·s), s ≤ 0, so that sin^m θ never underflows (the idea of libsharp,
 /// Reinecke & Seljebotn 2013, A&A 554 A112).
-const BIG: f64 = f64::from_bits((1023 + 800) << 52);
-const SMALL: f64 = f64::from_bits((1023 - 800) << 52);
-/// A value above this is moved to the next scale.
-const LIMIT: f64 = f64::from_bits((1023 - 60) << 52);
+pub(super) const BIG: f64 = f64::from_bits((1023 + 800) << 52);
+/// 2⁻⁸⁰⁰.
+pub(super) const SMALL: f64 = f64::from_bits((1023 - 800) << 52);
+/// A value above this, 2⁻⁶⁰, is moved to the next scale.
+pub(super) const LIMIT: f64 = f64::from_bits((1023 - 60) << 52);
 
 /// ε_lm = √((l² − m²)/(4l² − 1)), the coefficient of x P̄_l = ε_{l+1} P̄_{l+1} + ε_l P̄_{l−1}.
 #[inline(always)]

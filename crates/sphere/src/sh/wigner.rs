@@ -1,10 +1,6 @@
 //! Wigner's small d matrices.
 
-use super::basis::Scaled;
-
-const BIG: f64 = f64::from_bits((1023 + 800) << 52);
-const SMALL: f64 = f64::from_bits((1023 - 800) << 52);
-const LIMIT: f64 = f64::from_bits((1023 - 60) << 52);
+use super::basis::{BIG, LIMIT, SMALL, Scaled};
 
 /// d^l_{m'm}(β) = ⟨l m'| exp(−iβ J_y) |l m⟩ (Wigner 1931; signs of Sakurai and Edmonds' successors:
 /// d^1_{10} = −sin β/√2, d^l_{m'm} = (−1)^{m−m'} d^l_{mm'} = d^l_{−m,−m'}). Row m' + l, column m + l of a

@@ -8,12 +8,12 @@
 //! r_{k+1} = (A_k x² + B_k) r_k + r_{k−1}, r_0 = P̄_mm, r_{−1} = 0.
 
 use super::rings::{BLOCK, Rings};
-use crate::sh::basis::epsilon;
+use crate::sh::basis::{BIG, SMALL, epsilon};
 use steradian_simd::{Arch, Kernel};
 
+/// Rings that one pass of a loop takes, a register of AVX-512 or two of AVX2.
 const LANES: usize = 8;
-const BIG: f64 = f64::from_bits((1023 + 800) << 52);
-const SMALL: f64 = f64::from_bits((1023 - 800) << 52);
+/// 2⁴⁰⁰ and 2⁻⁴⁰⁰: beyond either a number moves to another scale.
 const HALF_BIG: f64 = f64::from_bits((1023 + 400) << 52);
 const HALF_SMALL: f64 = f64::from_bits((1023 - 400) << 52);
 

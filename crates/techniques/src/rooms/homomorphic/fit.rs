@@ -178,6 +178,7 @@ impl Samples {
         // Roberts 2018, the quasirandom sequence in four dimensions: g⁵ = g + 1.
         let g = 1.167_303_978_261_418_7_f64;
         let steps: [f64; 4] = std::array::from_fn(|k| g.powi(-(k as i32) - 1));
+        // Directions that one task takes.
         const BLOCK: usize = 4096;
         let about_h = |u: [f64; 4]| {
             let (theta, elevation) = (angle(u[0]), angle(u[2]));

@@ -7,6 +7,7 @@ use crate::shared::maths::vector::dot;
 use crate::shared::surface::bumps;
 use std::f32::consts::{FRAC_1_PI, TAU};
 
+/// Keeps divisors from zero; a square of it is no denormal number.
 const TINY: f32 = 1e-18;
 
 /// Data of a point.
