@@ -13,7 +13,7 @@
 
 use crate::btf::Btf;
 use glam::DVec3;
-use steradian_numerics::dense::Cholesky;
+use steradian_numerics::dense::{Cholesky, nonnegative};
 use steradian_parallel::prelude::*;
 
 /// A lobe of a texel.
@@ -127,7 +127,7 @@ impl Pairs {
         for c in 0..3 {
             let side =
                 |i: usize| columns[i].iter().zip(values).map(|(x, v)| x * v[c]).sum::<f64>() / norms[i];
-            let found = nonnegative(&system, (0..n).map(side).collect());
+            let found = nonnegative(&system, &(0..n).map(side).collect::<Vec<f64>>(), &vec![0.0; n]);
             factors.iter_mut().zip(found).zip(&norms).for_each(|((f, x), norm)| f[c] = x / norm);
         }
         let mut rest = Vec::with_capacity(3 * values.len());
@@ -233,25 +233,6 @@ impl Pairs {
         }
         [off, all]
     }
-}
-
-/// x ≥ 0 of a small symmetric system: whatever comes out negative is left out, the most negative first.
-fn nonnegative(system: &[Vec<f64>], side: Vec<f64>) -> Vec<f64> {
-    let mut kept: Vec<usize> = (0..side.len()).collect();
-    let mut out = vec![0.0; side.len()];
-    while !kept.is_empty() {
-        let part: Vec<Vec<f64>> =
-            kept.iter().map(|i| kept.iter().map(|j| system[*i][*j]).collect()).collect();
-        let Some(cholesky) = Cholesky::new(&part) else { break };
-        let found = cholesky.solve(kept.iter().map(|i| side[*i]).collect());
-        let least = (0..kept.len()).min_by(|a, b| found[*a].total_cmp(&found[*b])).unwrap_or(0);
-        if found[least] >= 0.0 {
-            kept.iter().zip(found).for_each(|(i, x)| out[*i] = x);
-            break;
-        }
-        kept.remove(least);
-    }
-    out
 }
 
 fn start([x, y, z]: [f64; 3], n: f64) -> Shape {
