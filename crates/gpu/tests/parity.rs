@@ -281,13 +281,15 @@ fn textured(technique: &'static dyn AnyTechnique, spec: &str) -> Result<(), Fail
     compare(gpu, &*bake, &points)
 }
 
-/// Gaussian lobes off the plane of incidence on CPU and GPU, with and without visibility.
-fn turned_lobes(visibility: &'static str) -> Result<(), Failed> {
+/// Gaussian lobes of anisotropic reflectance, about half vectors and swept, on CPU and GPU, with and without
+/// visibility.
+fn turned_lobes(form: &'static str, visibility: &'static str) -> Result<(), Failed> {
     let gpu = gpu()?;
     let technique = steradian_techniques::find("gaussian_lobes").ok_or("no such technique")?;
     let sizes = [("lobes", 2.0), ("views", 4.0), ("azimuths", 6.0), ("size", 24.0), ("precision", 0.02)];
     let mut params: ParamValues = sizes.into_iter().collect();
     params.0.insert("visibility".into(), visibility.into());
+    params.0.insert("anisotropic".into(), form.into());
     let geometry = technique.needs_sites(&params).then(ring);
     let material = Material::new(steradian_brdf::parse("ward:ax=0.1,ay=0.4")?);
     let bake = technique.draft(&light(), &material, geometry.as_ref(), &params, &Task::quiet())?;
@@ -414,9 +416,16 @@ fn main() {
             Trial::test(name, move || textured(*t, spec)).with_ignored_flag(ignored)
         })
     });
-    let turned = ["none", "published", "convolved"].into_iter().map(|visibility| {
-        let name = format!("gaussian_lobes::ward:ax=0.1,ay=0.4 visibility={visibility}");
-        Trial::test(name, move || turned_lobes(visibility)).with_ignored_flag(ignored)
+    let forms = [
+        ("swept", "none"),
+        ("swept", "published"),
+        ("swept", "convolved"),
+        ("half-vectors", "none"),
+        ("half-vectors", "convolved"),
+    ];
+    let turned = forms.into_iter().map(|(form, visibility)| {
+        let name = format!("gaussian_lobes::ward:ax=0.1,ay=0.4 anisotropic={form} visibility={visibility}");
+        Trial::test(name, move || turned_lobes(form, visibility)).with_ignored_flag(ignored)
     });
     let trials = trials.chain(near).chain(low).chain(varied).chain(turned).collect();
     libtest_mimic::run(&arguments, trials).exit();

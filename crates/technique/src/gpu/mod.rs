@@ -14,7 +14,7 @@ mod wgsl;
 
 pub use fetch::ROW;
 pub use light::{Kernel, LightCube, LightTables};
-pub use reflectance::{cells, own_reflectance};
+pub use reflectance::{cells, own_reflectance, texels};
 use std::borrow::Cow;
 use steradian_scene::surface::Wrap;
 pub use wgsl::{Binding, LOBE, SITE, bindings, library, library_modules, module};

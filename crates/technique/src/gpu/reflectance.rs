@@ -6,9 +6,13 @@ use steradian_brdf::wgsl::scoped;
 
 /// Numbers of a measured reflectance as a table of [`Shape::Texels`].
 pub fn cells(name: &'static str, cells: &[[f32; 3]]) -> Table {
-    let height = cells.len().div_ceil(ROW).max(1);
-    let mut bytes: Vec<u8> =
-        cells.iter().flat_map(|c| [c[0], c[1], c[2], 0.0]).flat_map(f32::to_le_bytes).collect();
+    texels(name, &cells.iter().map(|c| [c[0], c[1], c[2], 0.0]).collect::<Vec<_>>())
+}
+
+/// A table of [`Shape::Texels`].
+pub fn texels(name: &'static str, texels: &[[f32; 4]]) -> Table {
+    let height = texels.len().div_ceil(ROW).max(1);
+    let mut bytes: Vec<u8> = texels.as_flattened().iter().copied().flat_map(f32::to_le_bytes).collect();
     bytes.resize(Format::Rgba32Float.bytes() * ROW * height, 0);
     let level = Level { width: ROW, height, layers: 1, bytes };
     Table { name, shape: Shape::Texels, format: Format::Rgba32Float, level }

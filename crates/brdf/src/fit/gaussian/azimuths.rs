@@ -16,7 +16,7 @@ use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
 
 /// Does this rotation or reflection of the surface change nothing?
-fn is_invariant(brdf: &dyn Brdf, by: DMat3) -> bool {
+pub(super) fn is_invariant(brdf: &dyn Brdf, by: DMat3) -> bool {
     (0..200).all(|k| {
         // Directions of a low-discrepancy sequence (Roberts 2018).
         let at = |g: f64| (0.5 + g * f64::from(k)).fract();

@@ -38,6 +38,7 @@
 
 mod azimuths;
 mod chain;
+mod halves;
 mod order;
 mod quadtree;
 mod refine;
@@ -49,6 +50,7 @@ mod weights;
 
 use crate::Brdf;
 use glam::DVec3;
+pub use halves::{HalfFit, HalfVector, HalfView, MIN_HALF_VECTORS};
 use refine::{Fitted, Kind};
 use slice::Slice;
 use std::f64::consts::PI;

@@ -25,6 +25,9 @@ const MAX_ROUNDS: usize = 12;
 /// of its fit evaluates every lobe at all of them.
 const MAX_CELLS: usize = 1200;
 
+/// Points of a cell, which follow each other.
+pub(super) const POINTS: usize = 9;
+
 /// A square of a face.
 #[derive(Debug, Clone, Copy)]
 struct Cell {
@@ -35,7 +38,7 @@ struct Cell {
 }
 
 impl Cell {
-    fn points(&self) -> [(DVec3, f64); 9] {
+    fn points(&self) -> [(DVec3, f64); POINTS] {
         let [w, u, v] = self.face;
         std::array::from_fn(|k| {
             let ((x, a), (y, b)) = (GAUSS[k % 3], GAUSS[k / 3]);
@@ -92,7 +95,7 @@ pub(super) fn rule(brdf: &dyn Brdf, diffuse: [f64; 3], wo: DVec3, lobes: &[Lobe]
         }
     }
     // ∫ T² and ∫ |T| of a cell.
-    let mut values = [[0.0; 3]; 9];
+    let mut values = [[0.0; 3]; POINTS];
     let mut integrals = |cell: &Cell| -> [f64; 2] {
         let points = cell.points();
         brdf.f_cos_batch(&points.map(|p| p.0), wo, &mut values);

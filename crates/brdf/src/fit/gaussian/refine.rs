@@ -75,9 +75,11 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Products of all columns with each other, and with the channels.
-struct Products<'a> {
-    columns: &'a [Vec<f64>],
-    t: &'a [Vec<f64>; 3],
+pub(super) struct Products<'a> {
+    pub columns: &'a [Vec<f64>],
+    pub t: &'a [Vec<f64>; 3],
+    /// Where products of two columns may be left 0.
+    pub apart: Option<&'a dyn Fn(usize, usize) -> bool>,
 }
 
 impl Kernel for Products<'_> {
@@ -89,7 +91,7 @@ impl Kernel for Products<'_> {
         let mut gram = vec![vec![0.0; n]; n];
         let mut onto: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; n]);
         for i in 0..n {
-            for j in 0..=i {
+            for j in (0..=i).filter(|j| self.apart.is_none_or(|apart| !apart(i, *j))) {
                 let v = dot(&self.columns[i], &self.columns[j]);
                 (gram[i][j], gram[j][i]) = (v, v);
             }
@@ -152,7 +154,8 @@ impl<'a> Search<'a> {
             let angles = [place[0], place[3], place[4]];
             self.slice.gaussian(angles, place[1].exp(), sweep, columns);
         }
-        let (gram, onto) = steradian_simd::run(Products { columns: &self.columns, t: &self.slice.t });
+        let (gram, onto) =
+            steradian_simd::run(Products { columns: &self.columns, t: &self.slice.t, apart: None });
         let mut small = [[0.0; MAX_LOBES]; MAX_LOBES];
         (0..k).for_each(|i| (0..k).for_each(|j| small[i][j] = gram[rows * i][rows * j]));
         let mut error = self.slice.square[0];

@@ -205,6 +205,30 @@ impl Slice {
         slice
     }
 
+    /// The slice of anisotropic reflectance with the nine points of a cell in one where the cell is narrower
+    /// than `width`, radians.
+    pub fn merged(&self, width: f64) -> Self {
+        let mut out = Self { d: Vec::new(), root: Vec::new(), t: Default::default(), ..self.clone() };
+        for first in (0..self.len()).step_by(quadtree::POINTS) {
+            let cell = first..(first + quadtree::POINTS).min(self.len());
+            let solid: f64 = self.root[cell.clone()].iter().map(|r| r * r).sum();
+            if solid.sqrt() >= width {
+                out.d.extend(&self.d[cell.clone()]);
+                out.root.extend(&self.root[cell.clone()]);
+                (0..3).for_each(|c| out.t[c].extend(&self.t[c][cell.clone()]));
+                continue;
+            }
+            let d = cell.clone().map(|i| self.d[i] * self.root[i].powi(2)).sum::<DVec3>();
+            out.d.push(d.normalize_or(DVec3::Z));
+            out.root.push(solid.sqrt());
+            for c in 0..3 {
+                let integral: f64 = cell.clone().map(|i| self.t[c][i] * self.root[i]).sum();
+                out.t[c].push(integral / solid.sqrt());
+            }
+        }
+        out
+    }
+
     pub fn len(&self) -> usize {
         self.d.len()
     }

@@ -1,10 +1,10 @@
 //! The material's factor, the fit; and the tables that shading reads of it.
 
 use super::light::Light;
-use super::looks;
 use super::params::Params;
 use super::views::Views;
 use super::visibility::{Blocked, MOST};
+use super::{halves, looks};
 use crate::certify::Report;
 use crate::shared::material::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
@@ -12,10 +12,10 @@ use crate::{BakeError, Material, Part};
 use std::f64::consts::PI;
 use steradian_base::Task;
 use steradian_brdf::fit::gaussian::{
-    GaussianFit, GaussianLobe, LAST, MAX_LOBES, Objective, Plan, Shape, mean_cosine,
+    GaussianFit, GaussianLobe, HalfFit, LAST, MAX_LOBES, Objective, Plan, Shape, mean_cosine,
 };
 use steradian_brdf::model::lobes;
-use steradian_brdf::{Brdf, Form, SharedBrdf};
+use steradian_brdf::{Brdf, Domain, Form, SharedBrdf};
 use steradian_sphere::sh::zonal;
 
 /// Rows of the table per interval between the fit's views: levels follow from logarithms of σ, and are nearly
@@ -24,24 +24,39 @@ const FINER: usize = 8;
 /// Rows per interval, and columns per interval of azimuth, where the reflectance is anisotropic.
 const FINER_TURNED: usize = 2;
 
+/// A fit.
+#[derive(Debug, PartialEq)]
+pub enum Fit {
+    /// A few lobes for each view.
+    Lobes(GaussianFit),
+    /// Gaussians about half vectors.
+    Halves(HalfFit),
+}
+
 /// A reflectance and its lobes.
 pub struct Fitted {
     /// `None` in a loaded bake without the contents of the files that its reflectance needs.
     brdf: Option<SharedBrdf>,
     spec: String,
     /// The lobes.
-    pub fit: GaussianFit,
+    pub fit: Fit,
 }
 
 impl Fitted {
     pub(super) fn new(m: &Material, p: &Params, task: &Task) -> Result<Self, BakeError> {
         let objective = if p.objective == 1 { Objective::Published } else { Objective::Energy };
         let fit = match m.brdf.form() {
-            Form::Gaussians(fit) => fit,
+            Form::Gaussians(fit) => Fit::Lobes(fit),
             _ => {
                 let shape = if p.shape == 1 { Shape::Stretched } else { Shape::Round };
                 let plan = Plan { lobes: p.lobes, views: p.views, objective, shape, azimuths: p.azimuths };
-                GaussianFit::new(&*m.brdf, plan, task)?
+                // Of strands, which light passes from below, half vectors tell nothing.
+                let above = m.brdf.domain() == Domain::Hemisphere;
+                if p.anisotropic == 0 && above && !m.brdf.is_isotropic() {
+                    Fit::Halves(HalfFit::new(&*m.brdf, plan, p.half_vectors, p.sigma.to_radians(), task)?)
+                } else {
+                    Fit::Lobes(GaussianFit::new(&*m.brdf, plan, task)?)
+                }
             }
         };
         Ok(Self { brdf: Some(m.brdf.clone()), spec: m.brdf.spec(), fit })
@@ -55,21 +70,34 @@ impl Part for Fitted {
             Some(brdf) => reflectance::put(to, &key, &**brdf),
             None => _ = to.metadata.insert(key, self.spec.clone()),
         }
-        let numbers = lobes::numbers(&self.fit);
-        put_f64(to, format!("{prefix}.lobes"), vec![numbers.len()], numbers);
+        match &self.fit {
+            Fit::Lobes(fit) => {
+                let numbers = lobes::numbers(fit);
+                put_f64(to, format!("{prefix}.lobes"), vec![numbers.len()], numbers);
+            }
+            Fit::Halves(fit) => halves::save(fit, to, prefix),
+        }
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let key = format!("steradian.{prefix}.brdf");
         let spec = from.metadata.get(&key).ok_or_else(|| PartError::Missing(key.clone()))?.clone();
-        let name = format!("{prefix}.lobes");
-        let (_, numbers) = get_f64(from, &name, 1)?;
-        let fit = lobes::from_numbers(&numbers).ok_or(PartError::Unexpected(name))?;
+        let fit = match halves::load(from, prefix)? {
+            Some(fit) => Fit::Halves(fit),
+            None => {
+                let name = format!("{prefix}.lobes");
+                let (_, numbers) = get_f64(from, &name, 1)?;
+                Fit::Lobes(lobes::from_numbers(&numbers).ok_or(PartError::Unexpected(name))?)
+            }
+        };
         Ok(Self { brdf: reflectance::kept(from, &key).ok(), spec, fit })
     }
 
     fn bytes(&self) -> usize {
-        self.fit.bytes()
+        match &self.fit {
+            Fit::Lobes(fit) => fit.bytes(),
+            Fit::Halves(fit) => fit.bytes(),
+        }
     }
 
     fn kept_reflectance(&self) -> Option<&dyn Brdf> {
@@ -105,7 +133,17 @@ fn taps(lobe: &GaussianLobe, most: usize) -> [f64; 3] {
 
 /// Joins chain and fit.
 pub(super) fn link(light: &Light, m: &Fitted, blocked: &Blocked, p: &Params) -> (Views, Report) {
-    let (fit, lobes) = (&m.fit, m.fit.lobes());
+    let (views, report) = match &m.fit {
+        Fit::Lobes(fit) => views(light, fit, p),
+        Fit::Halves(fit) => halves::views(light, fit, p),
+    };
+    let report = looks::report(blocked, &views, report);
+    (views, report)
+}
+
+/// The tables of a fit of a few lobes.
+fn views(light: &Light, fit: &GaussianFit, p: &Params) -> (Views, Report) {
+    let lobes = fit.lobes();
     let finer = if fit.is_isotropic() { FINER } else { FINER_TURNED };
     let rows = (fit.elevations() - 1) * finer + 1;
     let columns = if fit.is_isotropic() { 1 } else { fit.azimuths * finer + 1 };
@@ -144,13 +182,15 @@ pub(super) fn link(light: &Light, m: &Fitted, blocked: &Blocked, p: &Params) -> 
     let views = Views {
         means: means.collect(),
         sweeps: if columns > 1 { all().map(sweep).collect() } else { Vec::new() },
+        half_vectors: Vec::new(),
         columns,
         weights: all().map(weight).collect(),
         zonal: if p.is_convolved() { all().map(zonal).collect() } else { Vec::new() },
         lobes,
         diffuse: fit.diffuse.map(|d| d as f32),
+        used: Vec::new(),
     };
-    let report = looks::report(blocked, &views, report(light, fit, p));
+    let report = report(light, fit, p);
     let looked = |t: &[f32; 4]| f64::from(t[3]).ceil();
     let most = views.means.iter().map(looked).fold(0.0, f64::max);
     let mean = views.means.iter().map(looked).sum::<f64>() / views.count() as f64;

@@ -1,11 +1,13 @@
 //! Directions of the lobes of a view, and the part of their visibility that is clamped.
 
+use super::halves;
 use super::lookups::{elevation, mean, row};
+use super::place::Place;
 use super::turned;
 use super::views::Views;
 use super::visibility::{Blocked, MOST, ratio};
 use crate::certify::Report;
-use crate::shared::maths::vector::tangent;
+use crate::shared::maths::vector::{cross, tangent};
 use glam::{DVec3, Vec3};
 use steradian_prefilter::probe;
 use steradian_sphere::Frame;
@@ -16,8 +18,16 @@ fn looks(v: &Views, n: DVec3, wo: DVec3) -> Vec<([f32; 3], [f32; 4], f64)> {
     let to = |v: DVec3| v.as_vec3().to_array();
     if v.is_turned() {
         let n = to(n);
-        let place = turned::Place::new(v, n, tangent(n), to(wo));
-        let lobes = (0..v.lobes).map(|i| place.lobe(v, i));
+        let (t, wo) = (tangent(n), to(wo));
+        if !v.half_vectors.is_empty() {
+            let (place, axes) = (halves::place(v, n, t, wo), [t, cross(n, t), n]);
+            let used = v.used_at(place.first).iter().map(|k| *k as usize);
+            let all = used.map(|k| halves::Gaussian::new(v, &place, k, &axes, wo));
+            let weight = |w: &[f32; 4]| w[..3].iter().map(|w| f64::from(*w)).sum();
+            return all.map(|g| (g.mean, g.zonal, weight(&g.weight))).collect();
+        }
+        let place = Place::new(v, n, t, wo);
+        let lobes = (0..v.lobes).map(|i| turned::Lobe::new(v, &place, i));
         return lobes.map(|l| (l.mean, l.zonal, l.weight.iter().map(|w| f64::from(*w)).sum())).collect();
     }
     let r = to(2.0 * n.dot(wo) * n - wo);

@@ -16,18 +16,21 @@
 //! V = 1, or section 3.3 with eq. 7: each lookup is multiplied by the visibility V(r + μ_k) of the point, of
 //! a few bands of spherical harmonics baked at the vertices of a mesh (`visibility`); from the diffuse part
 //! their blocked irradiance is taken (PRT: Sloan, Kautz & Snyder 2002). Light that surfaces send to each
-//! other is left out. Anisotropic reflectance has lobes by elevation and azimuth of the view, beside the
-//! plane of incidence and along directions of their own (`turned`). Refused: point lights.
+//! other is left out. Anisotropic reflectance has lobes by elevation and azimuth of the view: about mirror
+//! images of the view in fixed half vectors (`halves`), or beside the plane of incidence and along directions
+//! of their own (`turned`). Refused: point lights.
 
 mod bake;
 #[cfg(test)]
 mod cost;
 mod frame;
+mod halves;
 mod light;
 mod looks;
 mod lookups;
 mod normals;
 mod params;
+mod place;
 mod shade;
 #[cfg(test)]
 mod tests;
@@ -63,8 +66,8 @@ impl Technique for GaussianLobes {
         equation: "L_o = ρ_d E/π + Σ_k w_k V(r + μ_k) (G_σk ⋆ L)(r + μ_k)",
         light: "one chain of cube maps for all materials: itself, then convolved with Gaussians of doubling width",
         visibility: "none: V = 1; or where asked for per site and lobe, spherical harmonics of 2 to 4 bands outside the integral",
-        reflectance: "any, measured too: a diffuse part and up to four Gaussians by the elevation of the view, in a kilobyte, and where it \
-                      is anisotropic by the azimuth too; the albedo of every fitted view exact",
+        reflectance: "any, measured too: a diffuse part and up to four Gaussians by the elevation of the view, in a kilobyte; where it is \
+                      anisotropic Gaussians about half vectors, by the azimuth too; the albedo of every fitted view exact",
         materials: |_| Ok(()),
         specimens: &[
             "ggx:alpha=0.04,f0=0.9/0.6/0.3",

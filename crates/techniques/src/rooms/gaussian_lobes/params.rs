@@ -1,6 +1,7 @@
 //! The parameters.
 
 use steradian_base::{ParamInfo, params};
+use steradian_brdf::fit::gaussian::MIN_HALF_VECTORS;
 
 params! {
     /// The parameters.
@@ -13,9 +14,13 @@ params! {
         /// Objective of the fit: 0 with the albedo kept, 1 eq. 8.
         pub objective: usize = ParamInfo::choice("objective", &["energy", "published"], "least squares with the albedo of each view kept, or without that condition (eq. 8)").preset("energy"),
         /// M.
-        pub azimuths: usize = ParamInfo::whole("azimuths", [4.0, 64.0], 24.0, "M, azimuths of the view where reflectance is anisotropic (a fit from a file keeps its own)"),
+        pub azimuths: usize = ParamInfo::whole("azimuths", [4.0, 64.0], 36.0, "M, azimuths of the view where reflectance is anisotropic (a fit from a file keeps its own)"),
         /// Shape of the fit's lobes: 0 round, 1 stretched.
         pub shape: usize = ParamInfo::choice("shape", &["round", "stretched"], "round lobes as the paper's, or each swept along the plane of incidence by its own angle: more lookups, far closer at grazing views (a fit from a file keeps its own; those of anisotropic reflectance are stretched, along any direction)").preset("round"),
+        /// Lobes of anisotropic reflectance: 0 about half vectors, 1 swept.
+        pub anisotropic: usize = ParamInfo::choice("anisotropic", &["half-vectors", "swept"], "where reflectance is anisotropic: round Gaussians about mirror images of the view in fixed half vectors, or K lobes, each swept along a direction of its own").preset("half-vectors"),
+        /// Half vectors at most.
+        pub half_vectors: usize = ParamInfo::whole("half_vectors", [MIN_HALF_VECTORS as f64, MAX_HALF_VECTORS], 176.0, "Gaussians of anisotropic reflectance at most, of which a third to a half are in use at a view"),
         /// Lookups of a lobe at most.
         pub taps: usize = ParamInfo::whole("taps", [1.0, MAX_TAPS], 16.0, "lookups of the most stretched lobe; beyond it lookups widen"),
         /// Bands of visibility, an index of [`VISIBILITY`].
@@ -31,6 +36,8 @@ params! {
     }
 }
 
+/// Most Gaussians about half vectors.
+pub(super) const MAX_HALF_VECTORS: f64 = 256.0;
 /// Most lookups of a lobe.
 pub(super) const MAX_TAPS: f64 = 64.0;
 /// Words of `visibility`.

@@ -7,7 +7,8 @@ use super::light::Light;
 use super::lookups::{SCALE, TAPS, elevation, mean, number, row};
 use super::views::Views;
 use super::visibility::{self, Blocked, DIFFUSE, MOST};
-use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
+
+use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value, texels};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::points::batch::{self, Block, BlockShader, Lanes, WIDTH};
 use crate::shared::points::central;
@@ -221,18 +222,32 @@ pub(super) fn gpu(b: &Bake<GaussianLobes>, f: &Frame) -> GpuTechnique {
         };
         Table { name, shape, format: Format::Rgba32Float, level: Level { width, height, layers, bytes } }
     };
-    let counts = match v.is_turned() {
-        false => [v.lobes as f32, v.count() as f32, (v.means.len() - 1) as f32, SCALE],
+    let mut counts = match v.is_turned() {
+        false => [v.lobes as f32, v.count() as f32, (v.weights.len() - 1) as f32, SCALE],
         true => [v.lobes as f32, SCALE, 0.0, 0.0],
     };
     let [red, green, blue] = v.diffuse;
     let mut tables = vec![
         light.chain.table("chain"),
         cube_table("irradiance", &light.irradiance),
-        views("means", &v.means),
         views("weights", &v.weights),
     ];
-    if v.is_turned() {
+    let halves = !v.half_vectors.is_empty();
+    if halves {
+        tables.push(texels("half_vectors", &v.half_vectors));
+        // Four in a texel, as many for each place, with -1 after the last.
+        let quads = v.used.iter().map(|u| u.len() / 4 + 1).max().unwrap_or(1);
+        let used = |u: &Vec<u32>| -> Vec<[f32; 4]> {
+            (0..quads)
+                .map(|i| std::array::from_fn(|k| u.get(4 * i + k).map_or(-1.0, |x| *x as f32)))
+                .collect()
+        };
+        tables.push(texels("used", &v.used.iter().flat_map(used).collect::<Vec<_>>()));
+        counts = [(v.count() / v.columns) as f32, SCALE, v.columns as f32, quads as f32];
+    } else {
+        tables.push(views("means", &v.means));
+    }
+    if !v.sweeps.is_empty() {
         tables.push(views("sweeps", &v.sweeps));
     }
     let mut uniforms = f.uniforms();
@@ -260,18 +275,21 @@ pub(super) fn gpu(b: &Bake<GaussianLobes>, f: &Frame) -> GpuTechnique {
     };
     let (arguments, fetch) = match v.is_turned() {
         false => ("at: f32", "fetch_zonal(at)"),
+        true if halves => ("i: u32", "fetch_zonal(i)"),
         true => ("at: vec2<f32>, i: u32", "fetch_zonal_layer(at, i)"),
     };
     let zonal = if v.zonal.is_empty() { "vec4<f32>(1.0)" } else { fetch };
     modules.push(format!("fn zonal_at({arguments}) -> vec4<f32> {{\n    return {zonal};\n}}\n").into());
     if !v.zonal.is_empty() {
-        tables.push(views("zonal", &v.zonal));
+        tables.push(if halves { texels("zonal", &v.zonal) } else { views("zonal", &v.zonal) });
     }
-    modules.push(include_str!("taps.wgsl").into());
-    if v.is_turned() {
-        modules.extend([central::TANGENT.into(), include_str!("turned.wgsl").into()]);
+    if halves {
+        modules.extend([central::TANGENT.into(), include_str!("halves.wgsl").into()]);
+    } else if v.is_turned() {
+        let texts = [include_str!("taps.wgsl"), central::TANGENT, include_str!("turned.wgsl")];
+        modules.extend(texts.map(Into::into));
     } else {
-        modules.push(include_str!("shade.wgsl").into());
+        modules.extend([include_str!("taps.wgsl").into(), include_str!("shade.wgsl").into()]);
     }
     modules.push(if bands == 0 { include_str!("plain.wgsl") } else { include_str!("site.wgsl") }.into());
     GpuTechnique { slug: GaussianLobes::CARD.slug, modules, entry, tables, uniforms, buffers }

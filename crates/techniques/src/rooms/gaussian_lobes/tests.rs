@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use steradian_base::{ParamValues, Progress};
-use steradian_brdf::fit::gaussian::{GaussianFit, GaussianLobe, Plan};
+use steradian_brdf::fit::gaussian::{GaussianFit, GaussianLobe, HalfFit, Plan};
 use steradian_brdf::model::lobes::Lobes;
 use steradian_brdf::parse;
 
@@ -125,7 +125,7 @@ fn a_given_fit_is_not_fitted_again() {
     let fit = GaussianFit::new(&*source, plan, &Task::quiet()).expect("not cancelled");
     let brdf = Arc::new(Lobes::new("lobes:a.safetensors".into(), fit.clone()));
     let fitted = Fitted::new(&Material::new(brdf), &params(), &Task::quiet()).expect("taken");
-    assert_eq!(fitted.fit, fit);
+    assert_eq!(fitted.fit, bake::Fit::Lobes(fit));
 }
 
 /// Turning the view by a quarter of a degree changes radiance by no larger steps than the light itself makes
@@ -151,12 +151,7 @@ fn views_follow_each_other_without_steps() {
 #[test]
 fn stretched_lobes_are_sums_of_lookups() {
     let (light, task) = (lights::smooth(), Task::quiet());
-    let sky = light.environment.as_ref().expect("a sky");
-    let n = 40_000;
-    let all: Vec<(DVec3, [f64; 3])> = (0..n)
-        .map(|k| steradian_prefilter::probe::direction(k, n))
-        .map(|d| (d, sky.radiance(d).map(|l| f64::from(l) * 4.0 * PI / n as f64)))
-        .collect();
+    let all = radiances(&light);
     let mut errors = Vec::new();
     for (sweep, taps) in [(0.0, 16.0), (0.1, 16.0), (0.4, 16.0), (0.4, 6.0), (0.4, 1.0)] {
         let lobe = GaussianLobe {
@@ -217,30 +212,34 @@ pub(super) fn brushed() -> GaussianFit {
     GaussianFit { views, ..fit }
 }
 
+/// Directions spread evenly, with the light's radiance times the solid angle of each.
+fn radiances(light: &Lights) -> Vec<(DVec3, [f64; 3])> {
+    let sky = light.environment.as_ref().expect("a sky");
+    let n = 40_000;
+    let of = |d: DVec3| (d, sky.radiance(d).map(|l| f64::from(l) * 4.0 * PI / n as f64));
+    (0..n).map(|k| of(steradian_prefilter::probe::direction(k, n))).collect()
+}
+
+/// A point whose tangent lies anywhere, to see brushings from all sides.
+fn brushed_point(k: usize) -> [Vec3; 3] {
+    let [n, t, wo] = point(k);
+    [n, glam::Quat::from_axis_angle(n, 0.7 * k as f32) * t, wo]
+}
+
 /// Lookups along the sweeps of anisotropic lobes against the integral of their closed form over the light; a
 /// bake that was saved and loaded gives the same bits.
 #[test]
 fn lobes_beside_the_plane_are_sums_of_lookups() {
     let (light, task) = (lights::smooth(), Task::quiet());
-    let sky = light.environment.as_ref().expect("a sky");
-    let n = 40_000;
-    let all: Vec<(DVec3, [f64; 3])> = (0..n)
-        .map(|k| steradian_prefilter::probe::direction(k, n))
-        .map(|d| (d, sky.radiance(d).map(|l| f64::from(l) * 4.0 * PI / n as f64)))
-        .collect();
+    let all = radiances(&light);
     let brdf: Arc<dyn steradian_brdf::Brdf> = Arc::new(Lobes::new("lobes:a".into(), brushed()));
     let t = find("gaussian-lobes").expect("registered");
     let material = Material::new(brdf.clone());
     let b = t.draft(&light, &material, None, &ParamValues::default(), &task).expect("baked");
-    // Seen from all sides of the brushing.
-    let turned = |k: usize| {
-        let [n, t, wo] = point(k);
-        [n, glam::Quat::from_axis_angle(n, 0.7 * k as f32) * t, wo]
-    };
     let mut q = PointsBuf::default();
-    (0..64).map(turned).for_each(|[n, t, wo]| q.push(n, t, wo, Vec3::ZERO));
+    (0..64).map(brushed_point).for_each(|[n, t, wo]| q.push(n, t, wo, Vec3::ZERO));
     let want = (0..64).map(|k| {
-        let [n, t, wo] = turned(k).map(|v| v.as_dvec3());
+        let [n, t, wo] = brushed_point(k).map(|v| v.as_dvec3());
         let local = |d: DVec3| DVec3::new(d.dot(t), d.dot(n.cross(t)), d.dot(n));
         let mut sum = [0.0; 3];
         for (d, l) in &all {
@@ -251,6 +250,47 @@ fn lobes_beside_the_plane_are_sums_of_lookups() {
     });
     let rgb = radiance(&*b, &q);
     let shaded = (0..64).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from));
+    let error = steradian_prefilter::probe::relative_rms(shaded.zip(want));
+    println!("{error:.5}");
+    assert!(error < 5e-3, "{error}");
+    assert!(!b.varies().normals);
+    assert_eq!(radiance(&*t.load(&b.save()).expect("loaded"), &q), rgb);
+}
+
+/// Lookups about half vectors against the fit integrated over the light; a bake that was saved and loaded
+/// gives the same bits.
+#[test]
+fn half_vectors_are_sums_of_lookups() {
+    let (light, task) = (lights::smooth(), Task::quiet());
+    let all = radiances(&light);
+    let brdf = parse("ggx:ax=0.15,ay=0.4,f0=0.9/0.6/0.3").expect("a spec");
+    let fit = HalfFit::new(&*brdf, Plan::default(), 176, 1.0f64.to_radians(), &task).expect("nobody cancels");
+    let t = find("gaussian-lobes").expect("registered");
+    let material = Material::new(brdf);
+    let b = t.draft(&light, &material, None, &ParamValues::default(), &task).expect("baked");
+    let mut q = PointsBuf::default();
+    (0..48).map(brushed_point).for_each(|[n, t, wo]| q.push(n, t, wo, Vec3::ZERO));
+    let want = (0..48).map(|k| {
+        let [n, t, wo] = brushed_point(k).map(|v| v.as_dvec3());
+        let local = |d: DVec3| DVec3::new(d.dot(t), d.dot(n.cross(t)), d.dot(n));
+        let (weights, wo) =
+            (fit.at([local(wo).z.min(1.0).acos(), local(wo).y.atan2(local(wo).x)]), local(wo));
+        let mut sum = [0.0; 3];
+        for (w, h) in weights.iter().zip(&fit.half_vectors) {
+            let (mean, lambda) = (2.0 * wo.dot(h.h) * h.h - wo, (h.sigma * h.sigma).recip());
+            let peak = lambda / (-2.0 * PI * (-2.0 * lambda).exp_m1());
+            for (d, l) in &all {
+                let g = peak * (lambda * (local(*d).dot(mean) - 1.0)).exp();
+                (0..3).for_each(|c| sum[c] += w[c] * g * l[c]);
+            }
+        }
+        for (d, l) in &all {
+            (0..3).for_each(|c| sum[c] += fit.diffuse[c] / PI * local(*d).z.max(0.0) * l[c]);
+        }
+        sum
+    });
+    let rgb = radiance(&*b, &q);
+    let shaded = (0..48).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from));
     let error = steradian_prefilter::probe::relative_rms(shaded.zip(want));
     println!("{error:.5}");
     assert!(error < 5e-3, "{error}");
@@ -448,14 +488,16 @@ fn shadowed_bakes_are_saved_and_relinked() {
     assert_eq!(e.to_string(), "gaussian_lobes: bakes per site of a mesh: give one (`mesh`)");
 }
 
-/// The texts for every treatment and number of bands are valid; with a diffuse part, and with a turned lobe,
-/// those for none, for the mean and for most bands.
+/// The texts for every treatment and number of bands are valid; with a diffuse part, with a turned lobe, and
+/// with half vectors, those for none, for the mean and for most bands.
 #[test]
 fn shaders_of_visibility_are_valid() {
     let g = Geometry::new(Arc::new(steradian_scene::shapes::icosphere(0)), crate::Sites::Vertices);
     let turned = Material::new(Arc::new(Lobes::new("lobes:a".into(), brushed())));
     let lambert = Material::new(parse("lambert:albedo=0.5").expect("spec"));
-    for (material, every) in [(one_lobe(0.0, 0.1, 0.0), true), (lambert, false), (turned, false)] {
+    let halves = Material::new(parse("ggx:ax=0.3,ay=0.6").expect("spec"));
+    let materials = [(one_lobe(0.0, 0.1, 0.0), true), (lambert, false), (turned, false), (halves, false)];
+    for (material, every) in materials {
         for (visibility, bands) in treatments().chain([("none", 2)]) {
             if !every && (bands == 3 || visibility == "published") {
                 continue;

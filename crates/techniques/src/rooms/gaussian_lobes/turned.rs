@@ -1,18 +1,19 @@
 //! Anisotropic reflectance: lobes by elevation and azimuth of the view, whose means may lie off the plane of
-//! incidence, each swept along a direction of its own. `turned.wgsl` has the same functions.
+//! incidence, each swept along a direction of its own, or about half vectors ([`halves`]). `turned.wgsl` and
+//! `halves.wgsl` have the same functions.
 
-use super::GaussianLobes;
 use super::frame::Frame;
 use super::light::Light;
-use super::lookups::{TAPS, elevation, number};
+use super::lookups::{TAPS, number};
+use super::place::Place;
 use super::views::Views;
 use super::visibility::{self, Blocked, MOST};
+use super::{GaussianLobes, halves};
 use crate::shared::maths::angle::sin_cos;
-use crate::shared::maths::vector::{cross, dot};
+use crate::shared::maths::vector::cross;
 use crate::shared::points::batch::{self, Block, BlockShader, Point, WIDTH};
 use crate::shared::points::central::tangent;
 use crate::{Bake, Points, Radiance};
-use std::f32::consts::TAU;
 
 /// One lobe of a view, in world space.
 pub(super) struct Lobe {
@@ -28,77 +29,28 @@ pub(super) struct Lobe {
     pub zonal: [f32; 4],
 }
 
-/// Position of a view in the tables, and its frame.
-pub(super) struct Place {
-    /// Place in a lobe's part of the tables, and weights of the next column and the next row.
-    first: usize,
-    part: [f32; 2],
-    /// The part of wo perpendicular to n, normalised; n × that; and n.
-    axes: [[f32; 3]; 3],
-    /// Sine and cosine of θ_o.
-    polar: [f32; 2],
-}
-
-impl Place {
-    /// Coordinates and frame of the view `wo` on normal and tangent.
+impl Lobe {
     #[inline(always)]
-    pub(super) fn new(v: &Views, n: [f32; 3], t: [f32; 3], wo: [f32; 3]) -> Self {
-        let (b, cos_o) = (cross(n, t), dot(n, wo).min(1.0));
-        let [sine, theta] = elevation(cos_o);
-        let (x, y) = (dot(wo, t), dot(wo, b));
-        let length = (x * x + y * y).sqrt();
-        let [x, y] = if length > 1e-6 { [x / length, y / length] } else { [1.0, 0.0] };
-        let (rows, columns) = (v.count() / v.columns, v.columns);
-        let row = theta.clamp(0.0, 1.0) * (rows - 1) as f32;
-        let i = (row as usize).min(rows - 2);
-        let turn = y.atan2(x) / TAU;
-        let column = (turn - turn.floor()) * (columns - 1) as f32;
-        let j = (column as usize).min(columns - 2);
-        Self {
-            first: i * columns + j,
-            part: [column - j as f32, row - i as f32],
-            axes: [
-                std::array::from_fn(|k| x * t[k] + y * b[k]),
-                std::array::from_fn(|k| x * b[k] - y * t[k]),
-                n,
-            ],
-            polar: [sine, cos_o],
-        }
-    }
-
-    /// Interpolates the values of a table for a lobe.
-    #[inline(always)]
-    fn at(&self, v: &Views, table: &[[f32; 4]], lobe: usize) -> [f32; 4] {
-        let first = lobe * v.count() + self.first;
-        let [a, b, c, d] = [0, 1, v.columns, v.columns + 1].map(|k| table[first + k]);
-        let [x, y] = self.part;
-        std::array::from_fn(|k| {
-            let (near, far) = (a[k] + (b[k] - a[k]) * x, c[k] + (d[k] - c[k]) * x);
-            near + (far - near) * y
-        })
-    }
-
-    #[inline(always)]
-    pub(super) fn lobe(&self, v: &Views, lobe: usize) -> Lobe {
-        let [angle, aside, level, taps] = self.at(v, &v.means, lobe);
-        let [qx, qy, ..] = self.at(v, &v.sweeps, lobe);
+    pub(super) fn new(v: &Views, place: &Place, lobe: usize) -> Self {
+        let [angle, aside, level, taps] = place.at(v, &v.means, lobe);
+        let [qx, qy, ..] = place.at(v, &v.sweeps, lobe);
         let ([s, c], [sb, cb]) = (sin_cos(angle), sin_cos(aside));
-        let [sine, cosine] = self.polar;
+        let [sine, cosine] = place.polar;
         let (s, c) = (sine * c + cosine * s, cosine * c - sine * s);
-        let [x, y, n] = &self.axes;
+        let [x, y, n] = &place.axes;
         let plane: [f32; 3] = std::array::from_fn(|k| c * n[k] - s * x[k]);
         let up: [f32; 3] = std::array::from_fn(|k| -c * x[k] - s * n[k]);
         let side: [f32; 3] = std::array::from_fn(|k| cb * y[k] - sb * plane[k]);
         let square = (qx * qx + qy * qy).sqrt();
         let [ct, st] = half_angle(if square > 1e-12 { [qx / square, qy / square] } else { [1.0, 0.0] });
-        Lobe {
+        Self {
             mean: std::array::from_fn(|k| cb * plane[k] + sb * y[k]),
             along: std::array::from_fn(|k| ct * up[k] + st * side[k]),
             sweep: square.sqrt(),
             taps,
             level,
-            weight: self.at(v, &v.weights, lobe),
-            zonal: if v.zonal.is_empty() { [1.0; 4] } else { self.at(v, &v.zonal, lobe) },
+            weight: place.at(v, &v.weights, lobe),
+            zonal: if v.zonal.is_empty() { [1.0; 4] } else { place.at(v, &v.zonal, lobe) },
         }
     }
 }
@@ -142,23 +94,34 @@ impl<const BANDS: usize> BlockShader for Shader<'_, BANDS> {
             for l in 0..BANDS * BANDS {
                 b[l] = seen[l][k];
             }
-            let point = Point { n, wo, r, cos_o, index: p.index[k] };
-            let place = Place::new(v, n, tangent(q, &point), wo);
+            let t = tangent(q, &Point { n, wo, r, cos_o, index: p.index[k] });
+            let mut add = |d: [f32; 3], level: f32, mut share: f32, weight: &[f32; 4], zonal: [f32; 4]| {
+                if BANDS > 0 {
+                    share *= visibility::ratio::<BANDS>(&b, n, zonal, d).clamp(0.0, 1.0);
+                }
+                let ((near, far, part), d) = (light.chain.around(level), f.turn.apply(d));
+                let mut l = near.sample(d);
+                if part > 0.0 {
+                    let next = far.sample(d);
+                    (0..3).for_each(|c| l[c] += (next[c] - l[c]) * part);
+                }
+                (0..3).for_each(|c| sum[c] += weight[c] * share * l[c]);
+            };
+            if !v.half_vectors.is_empty() {
+                let (place, axes) = (halves::place(v, n, t, wo), [t, cross(n, t), n]);
+                for i in v.used_at(place.first) {
+                    let g = halves::Gaussian::new(v, &place, *i as usize, &axes, wo);
+                    add(g.mean, g.level, 1.0, &g.weight, g.zonal);
+                }
+                continue;
+            }
+            let place = Place::new(v, n, t, wo);
             for i in 0..v.lobes {
-                let lobe = place.lobe(v, i);
-                let (near, far, part) = light.chain.around(lobe.level);
+                let lobe = Lobe::new(v, &place, i);
                 for [at, share] in TAPS.get(number(lobe.taps)).map_or(&[][..], |t| t) {
                     let [s, c] = sin_cos(lobe.sweep * at);
                     let d = std::array::from_fn(|k| c * lobe.mean[k] + s * lobe.along[k]);
-                    let mut share = *share;
-                    if BANDS > 0 {
-                        share *= visibility::ratio::<BANDS>(&b, n, lobe.zonal, d).clamp(0.0, 1.0);
-                    }
-                    let d = f.turn.apply(d);
-                    let (l0, l1) = (near.sample(d), far.sample(d));
-                    for c in 0..3 {
-                        sum[c] += lobe.weight[c] * share * (l0[c] + (l1[c] - l0[c]) * part);
-                    }
+                    add(d, lobe.level, *share, &lobe.weight, lobe.zonal);
                 }
             }
         }
