@@ -14,9 +14,9 @@ use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, Card};
 
 /// Limits of the processor seconds of all bakes by which a technique is chosen: where one was found whose
-/// error is hardly visible (three seconds on two cores), where a useful one was, and where none was: what the
-/// reference would take, within the last two. The lobes of brushed metals take 8 to 20.
-const BUDGETS_SECONDS: [f64; 4] = [6.0, 15.0, 30.0, 60.0];
+/// error is hardly visible (three seconds on two cores with the rest of a picture), where a useful one was or
+/// nothing was tried yet, and where none was: what the reference would take, within the last two.
+const BUDGETS_SECONDS: [f64; 4] = [4.5, 15.0, 30.0, 60.0];
 /// Where the reference would take more processor seconds than the last of [`BUDGETS_SECONDS`], the best
 /// technique is taken, if it errs less than this.
 const MAX_STOPGAP_ERROR: f64 = 0.5;
@@ -26,7 +26,8 @@ const MAX_STOPGAP_ERROR: f64 = 0.5;
 /// 7.1 where it took 5.5. More than this factor lets it try measured files (`rgl:`), 55 of 45 left, which it
 /// does not finish.
 const MAX_EXPECTED_OF_LEFT: f64 = 1.2;
-/// A technique that takes at most so many processor seconds counts as cheap and is tried first.
+/// A technique that takes at most so many processor seconds counts as cheap. It is tried before dearer ones
+/// where these may have to be stopped, so that there is something to take.
 const CHEAP_SECONDS: f64 = 1.0;
 /// An error too small to be seen in a picture: the first technique to reach it is chosen.
 const INVISIBLE_ERROR: f64 = 0.02;
@@ -212,7 +213,7 @@ impl Session {
             !than.as_ref().is_some_and(worse)
         };
         let (mut trials, mut spent, mut usual) = (Vec::new(), 0.0, 0.0);
-        for t in candidates(m) {
+        for t in candidates(m, under.tolerance.is_some()) {
             // With a tolerance, every technique that fits meets it.
             let below = |error: f64| {
                 let fits = |c: &Candidate| !c.rank.0 && (under.tolerance.is_some() || c.rank.1 <= error);
@@ -220,7 +221,7 @@ impl Session {
             };
             let limit = match &best {
                 _ if below(VISIBLE_ERROR) => BUDGETS_SECONDS[0],
-                _ if below(MAX_USEFUL_ERROR) => BUDGETS_SECONDS[1],
+                _ if below(MAX_USEFUL_ERROR) || trials.is_empty() => BUDGETS_SECONDS[1],
                 _ => BUDGETS_SECONDS[2].max(BUDGETS_SECONDS[3].min(sample.whole)),
             };
             let left = limit - spent;
@@ -355,10 +356,12 @@ fn grazing(c: &Certificate) -> Option<f64> {
 }
 
 /// The techniques that take a material, in the order in which they are tried: those made for its reflectance
-/// as they are listed; the cheapest of the others that errs least; then all, the last of the list first,
-/// which err least. Where nothing varies over the surface those made for the reflectance have to be cheap as
-/// well; where something does, those that leave it out come behind the others.
-fn candidates(m: &Material) -> Vec<&'static dyn AnyTechnique> {
+/// as they are listed; the last of the list, which errs least; the cheapest of the others that errs least;
+/// then all, the last of the list first. Where a tolerance is asked for, and where measurements make all of
+/// them take several times as long as usual, the cheap one comes before the others. Where nothing varies over
+/// the surface those made for the reflectance have to be cheap as well; where something does, those that
+/// leave it out come behind the others.
+fn candidates(m: &Material, tolerance: bool) -> Vec<&'static dyn AnyTechnique> {
     let takes =
         |t: &&'static dyn AnyTechnique| !t.card().needs.sites && (t.card().materials)(&*m.brdf).is_ok();
     let all = steradian_techniques::registry().iter().copied().filter(takes);
@@ -368,6 +371,9 @@ fn candidates(m: &Material) -> Vec<&'static dyn AnyTechnique> {
     };
     let (mut first, mut any): (Vec<_>, Vec<_>) = all.partition(made_for);
     any.reverse();
+    if !tolerance && !m.brdf.is_interpolated() && !any.is_empty() {
+        first.push(any.remove(0));
+    }
     if let Some(k) = any.iter().position(|t| t.effort() <= CHEAP_SECONDS) {
         first.push(any.remove(k));
     }
@@ -568,7 +574,7 @@ mod tests {
     fn specimens_stand_for_reflectance_of_their_model_and_sharpness() {
         let brdf = |spec: &str| steradian_brdf::parse(spec).expect(spec);
         let slugs = |spec: &str| -> Vec<&str> {
-            candidates(&Material::new(brdf(spec))).iter().map(|t| t.card().slug).collect()
+            candidates(&Material::new(brdf(spec)), false).iter().map(|t| t.card().slug).collect()
         };
         assert_eq!(slugs("ggx:alpha=0.004")[0], "mirror_map");
         let rough = slugs("ggx:alpha=0.3");
