@@ -13,8 +13,8 @@ use steradian_parallel::prelude::*;
 /// Pixels per degree of a 0.7 m wide 3840-pixel display at 0.7 m.
 pub const DEFAULT_PPD: f32 = 67.020_64;
 
-/// Parameters of Andersson et al. 2020, in the paper's letters: exponent, knee of colour differences and what they map to
-/// there; width of the features' detector in degrees; exponent of feature differences.
+/// Parameters of Andersson et al. 2020, in the paper's letters: exponent, knee of colour differences and what
+/// they map to there; width of the features' detector in degrees; exponent of feature differences.
 const Q_C: f32 = 0.7;
 const P_C: f32 = 0.4;
 const P_T: f32 = 0.95;
