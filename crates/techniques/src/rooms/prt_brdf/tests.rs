@@ -99,16 +99,15 @@ fn sixteen_bits_are_enough() {
         q.push(n, Local::from_normal(n.as_dvec3()).t.as_vec3(), n, g.mesh.positions[t[0] as usize]);
         q.locate(Vec2::ZERO, *t, [0.3, 0.1 + 0.5 * (k as f32).sin().abs()]);
     }
-    for spec in [SPEC, "ashikhmin-shirley:nu=24,nv=8,rs=0.9/0.6/0.3,rd=0.1/0.2/0.3"] {
-        let of = |halves: f64| {
-            let material = Material::new(steradian_brdf::parse(spec).unwrap());
-            let values: ParamValues = [("halves", halves)].into_iter().collect();
-            let t = find("prt_brdf").unwrap();
-            shade(&*t.draft(&lights::studio(), &material, Some(&g), &values, &Task::quiet()).unwrap(), &q)
-        };
-        let e = off(&of(1.0), &of(0.0));
-        assert!(e < 1e-3, "{spec}: {e}");
-    }
+    let spec = "ashikhmin-shirley:nu=24,nv=8,rs=0.9/0.6/0.3,rd=0.1/0.2/0.3";
+    let of = |halves: f64| {
+        let material = Material::new(steradian_brdf::parse(spec).unwrap());
+        let values: ParamValues = [("halves", halves)].into_iter().collect();
+        let t = find("prt_brdf").unwrap();
+        shade(&*t.draft(&lights::studio(), &material, Some(&g), &values, &Task::quiet()).unwrap(), &q)
+    };
+    let e = off(&of(1.0), &of(0.0));
+    assert!(e < 1e-3, "{e}");
 }
 
 /// Under light of three bands a lambertian surface is that of transfer vectors, up to the bands of the cosine
