@@ -1,5 +1,5 @@
 //! Anisotropic reflectance by round Gaussians about mirror images of the view in fixed half vectors:
-//! tables by elevation and azimuth of the view hold their weights and levels. `halves.wgsl` has the same
+//! tables by elevation and azimuth of the view hold their weights. `halves.wgsl` has the same
 //! functions.
 
 use super::light::Light;
