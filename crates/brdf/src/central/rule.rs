@@ -26,6 +26,26 @@ pub(super) fn nodes(a: f64, b: f64) -> [Node; POINTS] {
     })
 }
 
+/// Weights of the 15 nodes of −1 … 1 by which a polynomial through values there is evaluated at `x` (Berrut &
+/// Trefethen 2004, the second form of the barycentric formula).
+pub(super) fn interpolation(x: f64) -> [f64; POINTS] {
+    static BARYCENTRIC: std::sync::OnceLock<[Node; POINTS]> = std::sync::OnceLock::new();
+    // `weight` is 1/Π (x_i − x_j).
+    let all = BARYCENTRIC.get_or_init(|| {
+        let nodes = nodes(-1.0, 1.0);
+        nodes.map(|node| {
+            let others = nodes.iter().map(|n| node.at - n.at).filter(|d| *d != 0.0);
+            Node { weight: 1.0 / others.product::<f64>(), ..node }
+        })
+    });
+    if let Some(k) = all.iter().position(|node| node.at == x) {
+        return std::array::from_fn(|i| if i == k { 1.0 } else { 0.0 });
+    }
+    let parts = all.each_ref().map(|node| node.weight / (x - node.at));
+    let total: f64 = parts.iter().sum();
+    parts.map(|p| p / total)
+}
+
 /// The error of the 15-point rule from its difference to the 7-point rule: QUADPACK's scale (200
 /// d/scale)^{3/2} (Piessens et al. 1983).
 pub(super) fn error(difference: f64, scale: f64) -> f64 {

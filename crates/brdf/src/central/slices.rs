@@ -14,7 +14,7 @@ use steradian_sphere::sh::zonal;
 /// less.
 const TOLERANCE: f64 = 1e-6;
 /// Error of the integrals, relative to the error that truncation of orders may cause. Slices of a measured
-/// file (`rgl:`, a kink per cell) take 7.3 s; at 0.03 they take 12.3, and the certificate differs in the
+/// file (`rgl:`, a kink per cell) took 7.3 s; at 0.03 they took 12.3, and the certificate differed in the
 /// fifth digit.
 const QUADRATURE: f64 = 0.1;
 /// Step in elevations at which the required orders are determined.

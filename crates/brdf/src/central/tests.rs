@@ -1,5 +1,6 @@
 //! Closed forms first, then the paper's numbers, then brute force.
 
+use super::rule::{self, POINTS};
 use super::*;
 use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, parse};
 use glam::{DVec2, DVec3};
@@ -38,6 +39,50 @@ fn a_radially_symmetric_lobe_needs_one_term() {
     let normalized: Vec<f64> = k.iter().map(|x| x / k[0]).collect();
     assert_zonal(&project("phong-normalized:s=32", Centre::Reflection, 24, 3), &normalized, 1e-10);
     assert_zonal(&project("phong-map:n=32", Centre::Reflection, 24, 2), &k, 1e-10);
+}
+
+/// A polynomial of degree 14 goes through 15 nodes, and on to the ends of their interval.
+#[test]
+fn interpolation_between_nodes_is_exact_for_polynomials() {
+    let f = |x: f64| (0..POINTS as i32).map(|k| (1.0 - 0.1 * f64::from(k)) * x.powi(k)).sum::<f64>();
+    let nodes = rule::nodes(-1.0, 1.0);
+    for x in [-1.0, -0.993, -0.4, 0.0, nodes[11].at, 0.77, 1.0] {
+        let got: f64 = rule::interpolation(x).iter().zip(&nodes).map(|(w, node)| w * f(node.at)).sum();
+        assert!((got - f(x)).abs() < 1e-12, "{x}: {got} {}", f(x));
+    }
+}
+
+/// Waves far shorter than the lobe is wide: circles are interpolated to them, within the tolerance that is
+/// asked for, of a closed form and of lobes that the horizon cuts.
+#[test]
+fn circles_are_interpolated_to_short_waves() {
+    let of = |spec: &str, tolerance: f64| {
+        let list = [0.3, 1.4].map(Slice::reflection).to_vec();
+        let b = brdf(spec);
+        Slices::to(&*b, Centre::Reflection, list, [255, 8], tolerance, &Task::quiet()).expect("isotropic")
+    };
+    let round = of("phong-normalized:s=200", 1e-4);
+    let k = zonal::phong(255, 200.0);
+    for i in 0..2 {
+        let norm = round.energy[i][0].sqrt();
+        for (l, got) in round.row(i, 0)[0].iter().enumerate() {
+            let want = k[l] / k[0] * ((2 * l + 1) as f64 / (4.0 * PI)).sqrt();
+            assert!((got - want).abs() < 1e-4 * norm, "{i} {l}: {got} {want}");
+        }
+    }
+    for spec in ["ggx:alpha=0.05", "dielectric:alpha=0.1", "cook-torrance:m=0.3"] {
+        let [rough, fine] = [1e-3, 1e-6].map(|tolerance| of(spec, tolerance));
+        for i in 0..2 {
+            let rows = |q: usize| rough.row(i, q).into_iter().zip(fine.row(i, q));
+            let squares =
+                |(a, b): (&[f64], &[f64])| -> f64 { a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum() };
+            let off: f64 =
+                (0..=8).map(|q| if q == 0 { 1.0 } else { 2.0 } * rows(q).map(squares).sum::<f64>()).sum();
+            let energy: f64 = fine.energy[i].iter().sum();
+            println!("{spec} {i}: {:.1e}, estimated {:.1e}", (off / energy).sqrt(), rough.accuracy);
+            assert!(off.sqrt() < 1e-3 * energy.sqrt(), "{spec} {i}: {}", (off / energy).sqrt());
+        }
+    }
 }
 
 #[test]
@@ -425,5 +470,5 @@ fn a_slice_ends_when_its_task_is_stopped() {
         b.looks.load(Ordering::Relaxed)
     };
     let (whole, part) = (looks(false), looks(true));
-    assert!(10 * part < whole, "{part} of {whole}");
+    assert!(5 * part < whole, "{part} of {whole}");
 }

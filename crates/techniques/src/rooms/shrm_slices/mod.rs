@@ -91,7 +91,7 @@ impl Technique for ShrmSlices {
     type Transfer = ();
     type Linked = SliceMaps;
     type Frame = TurnedSuns;
-    const EFFORT: f64 = 3.0;
+    const EFFORT: f64 = 2.0;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<SunlitSpectrum, BakeError> {
         sunlit_spectrum::bake(Self::CARD.slug, l, ORDER, task)
