@@ -75,9 +75,9 @@ pub trait AnyBake: Send + Sync {
     fn card(&self) -> &'static Card;
     /// The error reached.
     fn certificate(&self) -> &Certificate;
-    /// Measures the error of a draft ([`AnyTechnique::draft`]), for [`AnyBake::certificate`]; does nothing
-    /// where it is measured already. Views of the draft ([`AnyBake::with_view`]) that were made before keep
-    /// their certificate.
+    /// Measures the error of a draft ([`AnyTechnique::draft`]) or a preview ([`AnyBake::preview`]), for
+    /// [`AnyBake::certificate`]; does nothing where it is measured already. Views of the draft
+    /// ([`AnyBake::with_view`]) that were made before keep their certificate.
     fn certify(&self, task: &Task) -> Result<(), BakeError>;
     /// The parameters it was made with.
     fn params(&self) -> ParamValues;
@@ -115,8 +115,8 @@ pub trait AnyBake: Send + Sync {
     /// This bake with another geometry: only the transfer and the link are baked again.
     fn with_geometry(&self, geometry: &Geometry, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
     /// This bake with another light, another reflectance or both, for display while a full bake is under way:
-    /// as [`AnyBake::with_light`] and [`AnyBake::with_material`], but the error is not measured, and the
-    /// certificate is still that of this bake.
+    /// as [`AnyBake::with_light`] and [`AnyBake::with_material`], but the error is not measured, and until
+    /// [`AnyBake::certify`] the certificate is still that of this bake.
     fn preview(
         &self,
         lights: Option<&Lights>,
@@ -458,9 +458,10 @@ impl<T: Technique> AnyBake for Baked<T> {
         task: &Task,
     ) -> Result<Box<dyn AnyBake>, BakeError> {
         let (factors, given) = self.changed(lights, material, task)?;
-        let (mut bake, _) = factors.uncertified(self.bake.params.clone(), task)?;
+        let (mut bake, report) = factors.uncertified(self.bake.params.clone(), task)?;
         bake.certificate = self.certificate().clone();
-        Ok(Self::boxed(bake, self.view, self.geometry.clone(), given))
+        let bake = Self::new(bake, self.view, self.geometry.clone(), given);
+        Ok(Box::new(Self { report: Some(report), ..bake }))
     }
 
     fn with_geometry(&self, geometry: &Geometry, task: &Task) -> Result<Box<dyn AnyBake>, BakeError> {
