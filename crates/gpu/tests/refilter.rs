@@ -218,7 +218,7 @@ fn bits(cubes: &[EdgeCube]) -> Vec<u32> {
 fn steps_end_in_the_bits_of_one_pass() -> Result<(), Failed> {
     let gpu = gpu()?;
     let lights = light::with_sun(light::room_with_window());
-    let levels = [level(64, Kernel::Mirror), ggx(64, 0.06), ggx(16, 0.5)];
+    let levels = [level(32, Kernel::Mirror), ggx(32, 0.06), ggx(16, 0.5)];
     for way in [Method::Box, Method::Convolution, Method::Paraboloid, Method::Frequency] {
         let whole = refiltered(gpu, way, &levels, &lights)?;
         let expected = bits(&whole.read(gpu)?);
@@ -445,7 +445,7 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
 /// shades as one baked for that.
 fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
     let gpu = gpu()?;
-    let sky = |spec: &str| Lights::of_sky(spec, (256, 128));
+    let sky = |spec: &str| Lights::of_sky(spec, (128, 64));
     let (before, after) = (sky("sky:elevation=50,azimuth=20")?, sky("sky:elevation=35,azimuth=80")?);
     let light_rotation = Mat3::from_rotation_y(0.7);
     let view = View { light_rotation, ..View::default() };
