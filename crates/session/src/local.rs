@@ -505,10 +505,10 @@ mod tests {
         let points = points();
         let uv = (0..points.n.len()).map(|k| [0.1 + 0.02 * k as f32, 0.5]).collect();
         let points = Points { uv: Some(uv), ..points };
-        for (technique, brdf, local, close) in pairs() {
+        for (k, (technique, brdf, local, close)) in pairs().into_iter().enumerate() {
             // Where suns go does not depend on the technique for the other lights.
             let all_suns = [Suns::Exact, Suns::Fold];
-            for suns in all_suns.into_iter().take(if close { 2 } else { 1 }) {
+            for suns in all_suns.into_iter().take(if k == 0 { 2 } else { 1 }) {
                 let mut session = Session::new();
                 session.suns = suns;
                 let mut of = |lights: &Lights, local: Option<Local>| {

@@ -82,8 +82,9 @@ fn linearity_in_the_light() {
     for t in techniques(Check::Linearity) {
         let spec = t.card().specimens[0];
         let [a, b] = [lights::sunny(), lights::studio()];
-        let of = |l: &Lights| shade(&*draft(t, l, spec, &[]), &points);
-        let [one, other] = ["sunny", "studio"].map(|name| shade(shared(t, name, spec), &points));
+        let made = shared(t, "sunny", spec);
+        let of = |l: &Lights| shade(&*relit(made, l), &points);
+        let [one, other] = [made, shared(t, "studio", spec)].map(|b| shade(b, &points));
         let two = of(&doubled(&a));
         let twice: Vec<_> = one.iter().map(|l| l.map(|x| 2.0 * x)).collect();
         assert!(difference(&two, &twice) < 1e-5, "{}: twice the light", t.card().slug);
@@ -108,7 +109,7 @@ fn turning_light_and_frame_together_changes_nothing() {
         let still = shade(made, &points);
         // Turned at bake time: up to the resampling of the image and the tables.
         let environment = light.environment.as_ref().expect("an image").rotated(r);
-        let error = difference(&shade(&*draft(t, &environment.into(), spec, &[]), &moved), &still);
+        let error = difference(&shade(&*relit(made, &environment.into()), &moved), &still);
         println!("{}: baked turned: {error:.5}", t.card().slug);
         worst = worst.max(error);
         // Turned in the frame: up to rounding.

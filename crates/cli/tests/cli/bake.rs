@@ -306,7 +306,8 @@ fn parameters_are_taken_alike_everywhere() {
 fn data_of_a_mesh_shade_that_mesh_alone() {
     let d = folder();
     let dir = d.path();
-    let of = ["-b", "lambert:albedo=0.7", "-t", "prt_diffuse", "--param", "precision=0.02"];
+    let of =
+        ["-b", "lambert:albedo=0.7", "-t", "prt_diffuse", "--param", "bands=3", "--param", "precision=0.1"];
     well(dir, &[&["bake", SKY, "--mesh", "torus", "-o", "t.safetensors"], &of[..]].concat());
     let size = ["--size", "24", "--quiet", "-o"];
     well(dir, &[&["render", "torus", "-e", SKY], &of[..], &size, &["once.pfm"]].concat());

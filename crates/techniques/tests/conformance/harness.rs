@@ -110,15 +110,27 @@ pub fn tried(t: &dyn AnyTechnique) -> impl Iterator<Item = (&'static str, &'stat
     t.card().specimens.iter().enumerate().map(move |(k, spec)| (*spec, lights(k)))
 }
 
-/// A [`draft`] with the usual parameters, made once for all checks of this process.
+/// A bake with the usual parameters, made once for all checks of this process: under two texels a [`draft`],
+/// and under other lights that with its light replaced, which shares what is made of reflectance and
+/// geometry. (That this is the same as a bake from nothing is checked by `a_changed_factor_rebakes_alone`.)
 pub fn shared(t: &dyn AnyTechnique, name: &'static str, spec: &'static str) -> &'static dyn AnyBake {
     type Cell = &'static OnceLock<Box<dyn AnyBake>>;
     static MADE: Mutex<BTreeMap<[&'static str; 3], Cell>> = Mutex::new(BTreeMap::new());
+    const FIRST: &str = "tiny";
     let cell: Cell = {
         let mut made = MADE.lock().expect("nobody panics in between");
         made.entry([t.card().slug, name, spec]).or_insert_with(|| Box::leak(Box::default()))
     };
-    &**cell.get_or_init(|| draft(t, &light(name), spec, &[]))
+    let make = || match name {
+        FIRST => draft(t, &light(FIRST), spec, &[]),
+        _ => relit(shared(t, FIRST, spec), &light(name)),
+    };
+    &**cell.get_or_init(make)
+}
+
+/// The bake under another light, without a measurement of its error.
+pub fn relit(b: &dyn AnyBake, light: &Lights) -> Box<dyn AnyBake> {
+    b.preview(Some(light), None, &Task::quiet()).expect("a light that the Card promises")
 }
 
 /// `n` surface points: normals spread over the sphere, views from the normal to 80° off it.

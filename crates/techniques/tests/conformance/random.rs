@@ -16,7 +16,7 @@ use steradian_techniques::{AnyTechnique, Check, Material, registry};
 const ALL: usize = 560;
 const LAYERED: usize = 60;
 /// Every so many of them always.
-const EVERY: usize = 40;
+const EVERY: usize = 75;
 /// Largest error relative to the stated one.
 const UNDER: f64 = 1.25;
 /// Probes of each kind; a case that fails with the first number is repeated with the second. (One bright
@@ -216,13 +216,15 @@ fn photographed(width: usize, degrees: f64) -> Lights {
 #[test]
 fn certificates_see_the_outline_of_texels() {
     let five = photographed(256, 5.0);
-    for (slug, spec, light, tolerance, most) in [
+    let all = [
         ("shrm_slices", "ggx:alpha=0.1,f0=0.9", one_texel(), None, 0.01),
-        ("shrm_slices", "ggx:alpha=0.04,f0=0.9", photographed(256, 1.5), Some(0.01), 0.01),
-        ("shrm_slices", "ggx:alpha=0.16,f0=0.9", five.clone(), Some(0.01), 0.02),
-        ("shrm", "ggx:alpha=0.36,f0=0.9", five, None, 0.2),
+        ("shrm", "ggx:alpha=0.36,f0=0.9", five.clone(), None, 0.2),
         ("phong_diffuse_maps", "phong-map:n=1000", one_texel(), None, 0.05),
-    ] {
+        ("shrm_slices", "ggx:alpha=0.04,f0=0.9", photographed(256, 1.5), Some(0.01), 0.01),
+        ("shrm_slices", "ggx:alpha=0.16,f0=0.9", five, Some(0.01), 0.02),
+    ];
+    let count = if steradian_testkit::full() { all.len() } else { 3 };
+    for (slug, spec, light, tolerance, most) in all.into_iter().take(count) {
         let task = Task::quiet().with_tolerance(tolerance);
         let technique = steradian_techniques::find(slug).expect("a technique");
         let b = technique.bake(&light, &material(spec), None, &ParamValues::default(), &task).expect("bakes");

@@ -110,7 +110,7 @@ fn mean(values: &[[f64; 3]], weights: &[f64]) -> f64 {
 fn a_grooves_bounces_have_their_closed_forms() {
     const N: usize = 40;
     let albedo = 0.8f64;
-    for degrees in [60.0f32, 90.0, 120.0] {
+    for degrees in [60.0f32, 120.0] {
         let half = 0.5 * degrees.to_radians();
         // Coordinates up the walls, and along the groove (z).
         let up = [Vec3::new(-half.sin(), half.cos(), 0.0), Vec3::new(half.sin(), half.cos(), 0.0)];
@@ -173,8 +173,8 @@ fn a_box_keeps_its_light() {
         (1..sums.len()).map(|k| 1.0 - (sums[k] - sums[k - 1]) / exact(k)).collect()
     };
     let [coarse, fine, nearest] =
-        [(8, "barycentric"), (16, "barycentric"), (16, "vertex")].map(|(n, h)| lost(n, h));
-    println!("a box of 8 x 8 lost {coarse:.4?}, of 16 x 16 {fine:.4?}, at vertices {nearest:.4?}");
+        [(6, "barycentric"), (12, "barycentric"), (12, "vertex")].map(|(n, h)| lost(n, h));
+    println!("a box of 6 x 6 lost {coarse:.4?}, of 12 x 12 {fine:.4?}, at vertices {nearest:.4?}");
     for (k, (c, f)) in coarse.iter().zip(&fine).enumerate() {
         assert!((3.0..5.0).contains(&(c / f)) && f.abs() < 0.02, "bounce {}: {c} {f}", k + 1);
     }
@@ -214,19 +214,18 @@ fn means_are_those_of_paths() {
                 PathPoint { position: at(&q.p), frame, wo: at(&q.wo).normalize(), brdf: &*brdfs[0] }
             })
             .collect();
-        for bounces in [1u32, 2, 4] {
+        let of = |bounces| {
+            let options = PathOptions { bounces, samples: 64, seed: 5 };
+            let all = trace_points(&scene, &points, options, &Task::quiet()).expect("nobody cancels");
+            let total: f64 = areas.iter().sum();
+            let noise: f64 = all.iter().zip(&areas).map(|(e, a)| e.variance[0] * (a / total).powi(2)).sum();
+            (mean(&all.iter().map(|e| e.rgb).collect::<Vec<_>>(), &areas), noise.sqrt())
+        };
+        let (direct, _) = of(1);
+        for bounces in [1u32, 3] {
             let params = [("bounces", f64::from(bounces).into()), ("directions", directions.into())];
             let got = shade(&*baked(&mesh, slots, &params), &mesh, &lights, &q);
-            let options = |bounces| PathOptions { bounces, samples: 64, seed: 5 };
-            let of = |bounces| {
-                let all =
-                    trace_points(&scene, &points, options(bounces), &Task::quiet()).expect("nobody cancels");
-                let total: f64 = areas.iter().sum();
-                let noise: f64 =
-                    all.iter().zip(&areas).map(|(e, a)| e.variance[0] * (a / total).powi(2)).sum();
-                (mean(&all.iter().map(|e| e.rgb).collect::<Vec<_>>(), &areas), noise.sqrt())
-            };
-            let ((all, noise), (direct, _)) = (of(bounces + 1), of(1));
+            let (all, noise) = of(bounces + 1);
             let own = mean(&got, &areas);
             println!("{name}, {bounces}: {own:.5}, paths {all:.5} ± {noise:.5}, direct alone {direct:.5}");
             assert!((own - all).abs() < 3.0 * noise + 0.02 * all, "{name}, {bounces}: {own} {all} ± {noise}");

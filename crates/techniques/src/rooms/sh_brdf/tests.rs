@@ -113,16 +113,19 @@ impl Brdf for Limited {
     }
 }
 
-/// Light and reflectance of B bands: the sum is the integral, here by a Gauss rule over the sphere.
+/// Light and reflectance of B bands: the sum is the integral, here by a Gauss rule over the sphere. What the
+/// table's spacing h leaves falls with h²: 8e-6 of the largest radiance in 512 × 512 texels, 16 times that
+/// here.
 #[test]
 fn band_limited_light_and_reflectance_give_the_integral() {
+    const SIZE: usize = 128;
     let (q, frames) = points();
     let (x, w) = steradian_sphere::quadrature::gauss_legendre(8);
     for bands in [3usize, 8] {
         let c =
             std::array::from_fn(|k| (0..bands * bands).map(|i| 0.2 + ((5 * i + k) as f64).sin()).collect());
         let sh = ShRgb { order: bands - 1, c };
-        let table = ViewTable::bake(&Limited, bands, 512, &Task::quiet()).unwrap();
+        let table = ViewTable::bake(&Limited, bands, SIZE, &Task::quiet()).unwrap();
         let lanes = view_table::LightLanes::new(&table, &sh);
         let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
         view_table::shade(&table, &lanes, &q.as_points(), &mut Radiance::of(&mut rgb));
@@ -140,7 +143,7 @@ fn band_limited_light_and_reflectance_give_the_integral() {
             }
             (0..3).for_each(|c| want[c].push(sum[c] as f32));
         }
-        assert!(off(&rgb, &want) < 1e-5, "{bands}: {}", off(&rgb, &want));
+        assert!(off(&rgb, &want) < 1.6e-4, "{bands}: {}", off(&rgb, &want));
     }
 }
 
@@ -151,8 +154,8 @@ fn circular_lights_have_closed_coefficients() {
     let direction = DVec3::new(0.3, 0.8, -0.4).normalize();
     let spec = "ashikhmin-shirley:nu=24,nv=8";
     let (q, _) = points();
-    let table = ViewTable::bake(&*steradian_brdf::parse(spec).unwrap(), 5, 128, &Task::quiet()).unwrap();
-    let first = bake("sh_brdf", &lights::studio(), spec, &[("lights", 0.0)]);
+    let table = ViewTable::bake(&*steradian_brdf::parse(spec).unwrap(), 5, 32, &Task::quiet()).unwrap();
+    let first = bake("sh_brdf", &lights::studio(), spec, &[("size", 32.0), ("lights", 0.0)]);
     for radius in [0.1f64, 0.6, 1.2] {
         let disk = DiskLight { direction, angular_radius: radius, radiance: [2.0, 1.0, 0.5] };
         let lights = Lights { disks: vec![disk], ..Lights::default() };
@@ -191,7 +194,8 @@ fn a_sun_apart_is_better_than_one_in_the_bands() {
 fn more_bands_err_less_and_a_window_takes_the_ringing() {
     let spec = "ashikhmin-shirley:nu=12,nv=4";
     let studio = lights::studio();
-    let error = |bands: f64| bake("sh_brdf", &studio, spec, &[("bands", bands)]).certified().error;
+    let error =
+        |bands: f64| bake("sh_brdf", &studio, spec, &[("bands", bands), ("size", 64.0)]).certified().error;
     let all = [3.0, 5.0, 7.0, 10.0].map(error);
     assert!(all.windows(2).all(|w| w[1] < w[0]), "{all:?}");
     // A single window of light: its projection to five bands has negative values, smaller ones with a window
@@ -200,7 +204,8 @@ fn more_bands_err_less_and_a_window_takes_the_ringing() {
     let lamp = Lights { disks: vec![disk], ..Lights::default() };
     let (q, _) = points();
     let lowest = |window: f64| {
-        let rgb = shade(&*bake("sh_brdf", &lamp, spec, &[("window", window), ("lights", 0.0)]), &q);
+        let rgb =
+            shade(&*bake("sh_brdf", &lamp, spec, &[("window", window), ("size", 32.0), ("lights", 0.0)]), &q);
         let top = rgb[0].iter().fold(0.0f32, |m, x| m.max(*x));
         rgb[0].iter().fold(0.0f32, |m, x| m.min(*x)) / top
     };

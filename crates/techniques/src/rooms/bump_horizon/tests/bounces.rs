@@ -68,7 +68,7 @@ fn flat_heights_reflect_nothing() {
 fn a_grooves_bounces_have_their_closed_forms() {
     let (n, albedo) = (256usize, 0.8);
     let z: Vec<f32> = (0..n).map(|i| (2.0 * i as f32 / n as f32 - 1.0).abs()).collect();
-    for slope in [0.5, 1.0, 2.0] {
+    for slope in [0.5, 2.0] {
         let mean = |bounces: f64| {
             let params: [(&'static str, Value); 3] =
                 [("relief", (0.5 * slope).into()), ("bounces", bounces.into()), ("directions", 256.0.into())];
@@ -122,7 +122,7 @@ fn relief(n: usize, z: &[f32]) -> Mesh {
 /// normal at most, views from above.
 #[test]
 fn two_bounces_on_real_height_maps_are_those_of_paths() {
-    const POINTS: u32 = 384;
+    const POINTS: u32 = 256;
     const SPEC: &str = "lambert:albedo=0.8";
     let Some(dir) = steradian_testkit::data("meshes/textures") else { return };
     let names = ["rocks_NM_height.tga", "stones_NM_height.tga"];
@@ -169,7 +169,7 @@ fn two_bounces_on_real_height_maps_are_those_of_paths() {
             };
             cases.iter().enumerate().map(one).collect()
         };
-        let (direct, whole) = (traced(1, 1), traced(3, 2048));
+        let (direct, whole) = (traced(1, 1), traced(3, 1024));
         let energy: f64 = whole.iter().map(|x| x * x).sum();
         let reflected: f64 = whole.iter().zip(&direct).map(|(a, b)| (a - b).powi(2)).sum();
         let t = find_local("bump_horizon").expect("a technique");
