@@ -266,8 +266,8 @@ fn choices(params: &'static [ParamInfo]) -> Vec<(&'static str, Value)> {
     params.iter().flat_map(others).collect()
 }
 
-/// Small tables, coarse fits and few rays: three quarters of these tests' time went into data of the usual
-/// sizes, and shaders are the same.
+/// Small tables, coarse fits and few rays: shaders are the same. (Of the tests of `gaussian_lobes` alone,
+/// data of the usual sizes took three quarters.)
 fn small(technique: &dyn AnyTechnique) -> ParamValues {
     let sizes = [("size", 24.0), ("nodes", 3.0), ("views", 6.0), ("azimuths", 6.0), ("precision", 0.02)];
     let taken = |(name, value): &(&'static str, f64)| {

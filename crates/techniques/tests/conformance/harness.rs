@@ -114,18 +114,29 @@ pub fn tried(t: &dyn AnyTechnique) -> impl Iterator<Item = (&'static str, &'stat
 /// and under other lights that with its light replaced, which shares what is made of reflectance and
 /// geometry. (That this is the same as a bake from nothing is checked by `a_changed_factor_rebakes_alone`.)
 pub fn shared(t: &dyn AnyTechnique, name: &'static str, spec: &'static str) -> &'static dyn AnyBake {
-    type Cell = &'static OnceLock<Box<dyn AnyBake>>;
-    static MADE: Mutex<BTreeMap<[&'static str; 3], Cell>> = Mutex::new(BTreeMap::new());
     const FIRST: &str = "tiny";
-    let cell: Cell = {
-        let mut made = MADE.lock().expect("nobody panics in between");
-        made.entry([t.card().slug, name, spec]).or_insert_with(|| Box::leak(Box::default()))
-    };
-    let make = || match name {
+    static MADE: Made<3, dyn AnyBake> = Mutex::new(BTreeMap::new());
+    once(&MADE, [t.card().slug, name, spec], || match name {
         FIRST => draft(t, &light(FIRST), spec, &[]),
         _ => relit(shared(t, FIRST, spec), &light(name)),
-    };
-    &**cell.get_or_init(make)
+    })
+}
+
+/// What is made once in this process, by `N` names.
+pub type Made<const N: usize, T> = Mutex<BTreeMap<[&'static str; N], &'static OnceLock<Box<T>>>>;
+
+/// What `made` holds under the names, made now where nobody asked for it before.
+pub fn once<const N: usize, T: ?Sized>(
+    made: &Made<N, T>,
+    names: [&'static str; N],
+    make: impl FnOnce() -> Box<T>,
+) -> &'static T {
+    let cell = *made
+        .lock()
+        .expect("nobody panics in between")
+        .entry(names)
+        .or_insert_with(|| Box::leak(Box::default()));
+    cell.get_or_init(make)
 }
 
 /// The bake under another light, without a measurement of its error.

@@ -1,12 +1,12 @@
 //! The checks of techniques for local light: what holds for directional and point lights, and the furnace
 //! made of many directional lights.
 
-use super::harness::material;
+use super::harness::{Made, material, once};
 use super::table;
 use glam::{DMat3, DVec3, Mat3, Vec3};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
-use std::sync::{Mutex, OnceLock};
+use std::sync::Mutex;
 use steradian_base::{ParamValues, Task};
 use steradian_light::{DirectionalLight, Lights, PointLight};
 use steradian_reference::{Lookup, Reference, ReferencePoint};
@@ -23,13 +23,8 @@ use steradian_testkit::full;
 
 /// A bake of a specimen with one value per point, made once for all checks of this process.
 fn shared(t: &dyn AnyLocal, spec: &'static str) -> &'static dyn LocalBake {
-    type Cell = &'static OnceLock<Box<dyn LocalBake>>;
-    static MADE: Mutex<BTreeMap<[&'static str; 2], Cell>> = Mutex::new(BTreeMap::new());
-    let cell: Cell = {
-        let mut made = MADE.lock().expect("nobody panics in between");
-        made.entry([t.card().slug, spec]).or_insert_with(|| Box::leak(Box::default()))
-    };
-    &**cell.get_or_init(|| bake(t, spec, t.per_point()))
+    static MADE: Made<2, dyn LocalBake> = Mutex::new(BTreeMap::new());
+    once(&MADE, [t.card().slug, spec], || bake(t, spec, t.per_point()))
 }
 
 fn bake(t: &dyn AnyLocal, spec: &str, params: &[(&str, f64)]) -> Box<dyn LocalBake> {

@@ -12,7 +12,7 @@ const SPEC: &str = "ashikhmin-shirley:nu=12,nv=4";
 fn bake(slug: &str, spec: &str, g: Option<&Geometry>, lights: &Lights) -> Box<dyn AnyBake> {
     let material = Material::new(steradian_brdf::parse(spec).unwrap());
     let t = find(slug).unwrap();
-    // Tables of 128 × 128 views are as large as the default and take 16 times as long.
+    // The default, 128 × 128 views, is 16 times as many.
     let few = [("lights", 0.0), ("size", 32.0)];
     let values: ParamValues =
         few.into_iter().filter(|(n, _)| t.params().iter().any(|p| p.name == *n)).collect();
