@@ -28,7 +28,7 @@ use steradian_techniques::{AnyBake, Material};
 
 /// Mean FLIP between the CPU's and the GPU's picture.
 const BOUND: f32 = 0.01;
-const SIDE: usize = 192;
+const SIDE: usize = 128;
 /// Distance off the surface at which the CPU renderer starts its rays, metres.
 const OFFSET: f32 = 1e-4;
 
@@ -173,7 +173,6 @@ fn picture(k: usize, slug: &str, spec: &str) -> Result<(), Failed> {
 /// A sun, lamps and a directional light over a box on a floor, by rays and by shadow maps. The meshes have
 /// few triangles, since software adapters shade whole blocks of pixels for each one.
 fn shadows() -> Result<(), Failed> {
-    const SIDE: usize = 192;
     let gpu = gpu()?;
     let mut case = case(1, SIDE);
     let lift = Affine3A::from_translation(Vec3::new(0.1, 0.7, 0.0)) * Affine3A::from_rotation_y(0.6);

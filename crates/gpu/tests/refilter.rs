@@ -102,9 +102,9 @@ fn gaussians_are_near_exact() -> Result<(), Failed> {
     let gaussian = |degrees: f64| Kernel::Gaussian { sigma: degrees.to_radians() };
     let levels = [(128, 1.0), (128, 2.0), (64, 4.0), (32, 8.0), (16, 16.0), (16, 32.0), (16, 64.0)];
     let levels = levels.map(|(size, degrees)| level(size, gaussian(degrees)));
-    // The cubes of the first take software adapters most of the time.
+    // The first two take software adapters most of the time.
     let few = gpu()?.is_software() && !steradian_testkit::full();
-    let levels = if few { &levels[1..] } else { &levels };
+    let levels = if few { &levels[2..] } else { &levels };
     if !few {
         within(Method::Convolution, levels, &light::room_with_window(), &[0.02; 7])?;
     }
@@ -117,7 +117,7 @@ fn a_real_probe_with_its_sun_is_near_exact() -> Result<(), Failed> {
     let lights = steradian_light::load::load(&path, &Default::default())?.into_environment().into();
     let levels = [ggx(64, 0.04), ggx(32, 0.16), ggx(16, 0.36), ggx(16, 1.0)];
     // The samples next to the sun hold most of the energy: over 8000 samples the errors are 0.009 to 0.010.
-    within_at(1500, Method::Convolution, &levels, &lights, &[0.015; 4])
+    within_at(750, Method::Convolution, &levels, &lights, &[0.015; 4])
 }
 
 fn suns_add_their_kernel_exactly() -> Result<(), Failed> {
@@ -218,7 +218,7 @@ fn bits(cubes: &[EdgeCube]) -> Vec<u32> {
 fn steps_end_in_the_bits_of_one_pass() -> Result<(), Failed> {
     let gpu = gpu()?;
     let lights = light::with_sun(light::room_with_window());
-    let levels = [level(32, Kernel::Mirror), ggx(32, 0.06), ggx(16, 0.5)];
+    let levels = [level(16, Kernel::Mirror), ggx(16, 0.06), ggx(16, 0.5)];
     for way in [Method::Box, Method::Convolution, Method::Paraboloid, Method::Frequency] {
         let whole = refiltered(gpu, way, &levels, &lights)?;
         let expected = bits(&whole.read(gpu)?);
@@ -374,13 +374,16 @@ fn split_sum_is_lit_as_by_a_new_bake() -> Result<(), Failed> {
     let count = if gpu.is_software() && !steradian_testkit::full() { 1 } else { 2 };
     for (spec, sun) in kinds.into_iter().take(count) {
         let after = if sun { light::with_sun(after.clone()) } else { after.clone() };
-        let mut baked = bake("split_sum", spec, &before)?;
+        // Level 0 is as fine as the sky otherwise, on which software adapters take most of the time.
+        let size = if gpu.is_software() && !steradian_testkit::full() { 64 } else { 128 };
+        let values: ParamValues = [("size", f64::from(size))].into_iter().collect();
+        let mut baked = bake_with("split_sum", spec, &before, &values)?;
         let mut technique = baked.gpu();
         let chain =
             technique.tables.iter().find(|t| matches!(t.shape, Shape::EdgeCubeChain(_))).ok_or("no chain")?;
         let Shape::EdgeCubeChain(places) = &chain.shape else { return Err("no chain".into()) };
         let (name, count) = (chain.name, places.len());
-        let levels = ggx_levels(128, count);
+        let levels = ggx_levels(size, count);
         let plan = Plan::new(Method::Convolution, &levels)?;
         plan.install(&mut technique, name)?;
         let twin = ComputeTechnique::new(gpu, &technique)?;
@@ -458,9 +461,13 @@ fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
         }
         // Reflectances of one technique differ in the widths of their levels, or share its chain.
         let count = if steradian_testkit::full() { card.specimens.len() } else { 1 };
-        // Narrow Gaussians take software adapters two thirds of the time.
-        let fewer = card.slug == "gaussian_lobes" && gpu.is_software() && !steradian_testkit::full();
-        let values: ParamValues = fewer.then_some(("sigma", 8.0)).into_iter().collect();
+        // Narrow kernels of many texels take software adapters most of the time.
+        let fewer: &[(&str, &str, f64)] = match gpu.is_software() && !steradian_testkit::full() {
+            true => &[("gaussian_lobes", "sigma", 8.0), ("split_sum", "size", 64.0)],
+            false => &[],
+        };
+        let of_this = fewer.iter().filter(|f| f.0 == card.slug).map(|f| (f.1, f.2));
+        let values: ParamValues = of_this.collect();
         for spec in card.specimens.iter().take(count) {
             let mut baked = bake_with(card.slug, spec, &before, &values)?.with_view(&view);
             let Some(tables) = baked.light_tables(false) else { break };

@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn the_reference_is_as_close_as_its_panel_says() {
         let mut session = Session::default();
-        let scene = scene(96, &mut session).expect("the demo's scene");
+        let scene = scene(64, &mut session).expect("the demo's scene");
         let case = session.subject(&scene, scene.camera.expect("given")).expect("a subject");
         let [rough, fine] = [TOLERANCE, 1e-4].map(|reference_tolerance| {
             let plan = Plan { reference_tolerance, paths: false, ev: 0.0, certificates: false };

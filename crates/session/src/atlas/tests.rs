@@ -36,7 +36,7 @@ fn a_few_techniques_are_seen_to_keep_their_claims() {
 #[test]
 fn surfaces_are_seen_to_shadow_and_to_reflect() {
     let all = ["precomputed_visibility", "bump_horizon", "polynomial_texture_map", "btf_pca"];
-    let slugs = &all[..if steradian_testkit::full() { all.len() } else { 2 }];
+    let slugs = &all[..if steradian_testkit::full() { all.len() } else { 1 }];
     let plan = Plan { size: [24, 18], noise: 0.2, only: slugs.iter().map(|s| s.to_string()).collect() };
     let atlas = Session::new().atlas(&plan, &[Renderer::Cpu]).expect("an atlas");
     assert_eq!(atlas.rows.len(), slugs.len());

@@ -10,6 +10,9 @@ use std::f64::consts::{PI, TAU};
 pub struct Distribution1d {
     /// Running sums of the pieces' probabilities: n + 1 values from 0 to 1.
     cdf: Vec<f64>,
+    /// Of parts of [0, 1] of length 1/n the index of the first sum that is not in an earlier one, so that sums
+    /// are found without a search through all of them (Chen & Asau 1974); then their number.
+    starts: Vec<u32>,
     /// Sum of the weights that it was made of.
     total: f64,
 }
@@ -30,7 +33,14 @@ impl Distribution1d {
         for (k, c) in cdf.iter_mut().enumerate() {
             *c = if sum > 0.0 { *c / sum } else { k as f64 / n as f64 };
         }
-        Self { cdf, total: sum }
+        let mut starts = vec![0; n + 2];
+        for c in &cdf {
+            starts[part(*c, n) + 1] += 1;
+        }
+        for k in 0..=n {
+            starts[k + 1] += starts[k];
+        }
+        Self { cdf, starts, total: sum }
     }
 
     /// Number of pieces.
@@ -55,8 +65,12 @@ impl Distribution1d {
 
     /// The piece that `u` in [0, 1) falls in, and where in it, in [0, 1).
     pub fn sample(&self, u: f64) -> (usize, f64) {
-        // The first piece that ends beyond u; pieces of probability 0 are never that.
-        let k = self.cdf.partition_point(|&c| c <= u).clamp(1, self.len()) - 1;
+        // The first piece that ends beyond u; pieces of probability 0 are never that. Sums in earlier parts
+        // are below u, those in later ones above.
+        let part = part(u, self.len());
+        let [first, end] = [self.starts[part], self.starts[part + 1]].map(|k| k as usize);
+        let k = first + self.cdf[first..end].partition_point(|&c| c <= u);
+        let k = k.clamp(1, self.len()) - 1;
         let p = self.probability(k);
         (k, if p > 0.0 { ((u - self.cdf[k]) / p).clamp(0.0, 1.0 - f64::EPSILON) } else { 0.0 })
     }
@@ -65,6 +79,12 @@ impl Distribution1d {
     pub fn invert(&self, k: usize, f: f64) -> f64 {
         self.cdf[k] + f * self.probability(k)
     }
+}
+
+/// The part of [0, 1], of length 1/n, that `x` lies in; all from 1 on is the last, part n. It never falls as
+/// `x` rises.
+fn part(x: f64, n: usize) -> usize {
+    ((x * n as f64) as usize).min(n)
 }
 
 /// Directions with a density proportional to an image's brightness, constant per lat-long texel, with exact
@@ -102,6 +122,12 @@ impl SphereDistribution {
 
     /// A direction and its density per steradian; within a texel it is uniform over the solid angle.
     pub fn sample(&self, u: DVec2) -> (DVec3, f64) {
+        let (_, d, pdf) = self.sample_texel(u);
+        (d, pdf)
+    }
+
+    /// [`SphereDistribution::sample`], and before it the texel's index in a plane of the image.
+    pub fn sample_texel(&self, u: DVec2) -> (usize, DVec3, f64) {
         let (j, fy) = self.rows.sample(u.x);
         let (i, fx) = self.columns[j].sample(u.y);
         let (a, b) = self.row(j);
@@ -109,7 +135,8 @@ impl SphereDistribution {
         let phi = TAU * ((i as f64 + fx) / self.columns[j].len() as f64 - 0.5);
         let r = (versine * (2.0 - versine)).max(0.0).sqrt();
         let (s, c) = phi.sin_cos();
-        (DVec3::new(r * c, 1.0 - versine, r * s), self.density(i, j))
+        let texel = j * self.columns[j].len() + i;
+        (texel, DVec3::new(r * c, 1.0 - versine, r * s), self.density(i, j))
     }
 
     /// Density of texel (i, j).

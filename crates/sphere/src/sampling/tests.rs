@@ -55,6 +55,8 @@ fn environments_are_sampled_by_their_light() {
         assert!((dist.invert(d) - u).length() < 1e-9);
         assert!((dist.pdf(d) / pdf - 1.0).abs() < 1e-9);
         let l = image.nearest(d);
+        let (texel, same, _) = dist.sample_texel(u);
+        assert!(same == d && [0, 1, 2].map(|c| image.planes[c][texel]) == l);
         // Density ∝ the sum of the channels: the estimate has no variance.
         estimate += f64::from(l[0] + l[1] + l[2]) / pdf / 4000.0;
     }
@@ -80,6 +82,26 @@ fn pieces_without_weight_are_not_sampled() {
         assert!((piece == 1 || piece == 3) && (0.0..1.0).contains(&f));
     }
     assert_eq!(d.sample(1.0).0, 4usize.min(d.sample(1.0).0));
+}
+
+/// The piece is that of a search through all sums: of even weights, of one that outshines all others, and at
+/// sums themselves.
+#[test]
+fn pieces_are_those_of_a_search() {
+    for bright in [1.0, 1e3, 1e9] {
+        let weights = (0..200).map(|k| if k == 77 { bright } else { f64::from(k % 7) });
+        let d = Distribution1d::new(weights);
+        let places = (0..=d.len()).flat_map(|k| {
+            let at = d.invert(k.min(d.len() - 1), 0.0);
+            [at, at.next_up(), at.next_down().max(0.0), k as f64 / d.len() as f64]
+        });
+        for u in places.filter(|u| *u < 1.0) {
+            let (k, _) = d.sample(u);
+            let ends = [d.invert(k, 0.0), d.invert(k, 1.0)];
+            assert!(ends[0] <= u && d.probability(k) > 0.0, "{u}: {k} {ends:?}");
+            assert!((k + 1..d.len()).all(|k| d.invert(k, 0.0) > u), "{u}: {k} {ends:?}");
+        }
+    }
 }
 
 /// The first outputs of the reference implementation's demo, seed 42, stream 54.

@@ -291,9 +291,9 @@ impl<'a> Through<'a> {
     fn direct(&self, lights: &Lights, v: &Vertex<'_>, u: DVec2, random: &mut Pcg32) -> [f64; 3] {
         let mut sum = [0.0; 3];
         if let (Some(image), Some(e)) = (&self.image, &lights.environment) {
-            let (d, pdf) = image.sample(u);
+            let (texel, d, pdf) = image.sample_texel(u);
             if pdf > 0.0 {
-                let l = e.image.nearest(d).map(|x| f64::from(x) / pdf);
+                let l = std::array::from_fn(|c| f64::from(e.image.planes[c][texel]) / pdf);
                 self.lit(v, d, l, &mut sum);
             }
         }
