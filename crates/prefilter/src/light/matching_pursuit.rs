@@ -10,8 +10,10 @@
 use crate::SmallLight;
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::ops::Range;
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
+use steradian_simd::{Arch, Kernel, Single, Vector, run};
 use steradian_sphere::sh::{self, Basis, ShRgb, zonal};
 use steradian_sphere::{Layout, SphereImage};
 
@@ -96,6 +98,7 @@ impl MatchingPursuit {
 
     fn search(&mut self, light: &ShRgb, most: usize, task: &Task) -> Result<(), Cancelled> {
         let mut field = Field::new(&self.filtered(light), self.weight.len());
+        let table: Vec<f32> = self.reach.iter().map(|g| *g as f32).collect();
         let first = field.best().map_or(0.0, |b| b.0);
         let small = MIN_RESPONSE * self.reach[0];
         let last = self.reach.iter().rposition(|g| g.abs() > small).unwrap_or(0);
@@ -115,8 +118,8 @@ impl MatchingPursuit {
             }
             let at = field.direction(j, i);
             let g = self.gram(0.5 * (at - d).length()).max(0.25 * self.reach[0]);
-            let flux = field.value(j, i).map(|c| c / g);
-            field.subtract(d, flux, reach, |x| self.gram(x));
+            let flux = field.value(j, i).map(|c| (c / g) as f32);
+            field.subtract(d, flux, reach, &table);
         }
         Ok(())
     }
@@ -202,9 +205,7 @@ struct Field {
     width: usize,
     height: usize,
     /// The highest score of each row with its column.
-    rows: Vec<(f64, usize)>,
-    /// Cosine and sine of each column's β.
-    columns: Vec<[f64; 2]>,
+    rows: Vec<(f32, usize)>,
 }
 
 impl Field {
@@ -212,21 +213,12 @@ impl Field {
         let height = ((ROWS_PER_BAND * bands as f64) as usize).max(8).next_multiple_of(8);
         let width = 2 * height;
         let image = sh::synthesize(filtered, Layout::LatLong, width, height);
-        let column = |i: usize| {
-            let (s, c) = (2.0 * PI * ((i as f64 + 0.5) / width as f64 - 0.5)).sin_cos();
-            [c, s]
-        };
-        let mut field = Self {
-            image,
-            width,
-            height,
-            rows: vec![(0.0, 0); height],
-            columns: (0..width).map(column).collect(),
-        };
-        let planes = &field.image.planes;
-        let row = |j: usize| planes.each_ref().map(|p| &p[j * width..(j + 1) * width]);
-        field.rows = (0..height).map(|j| highest(row(j))).collect();
-        field
+        let planes = &image.planes;
+        let mut row = Row::default();
+        let rows = (0..height)
+            .map(|j| row.highest(planes.each_ref().map(|p| &p[j * width..(j + 1) * width])))
+            .collect();
+        Self { image, width, height, rows }
     }
 
     fn score(&self, j: usize, i: usize) -> f64 {
@@ -239,7 +231,7 @@ impl Field {
     }
 
     /// The highest score, its row and column; `None` where all is 0.
-    fn best(&self) -> Option<(f64, usize, usize)> {
+    fn best(&self) -> Option<(f32, usize, usize)> {
         let (mut best, mut row) = ((0.0, 0), 0);
         for (j, r) in self.rows.iter().enumerate() {
             if r.0 > best.0 {
@@ -273,50 +265,154 @@ impl Field {
         self.at(j as f64 + along, i as f64 + across)
     }
 
-    /// Takes a disk's part out of all that lies within half sine `reach` of it.
-    fn subtract(&mut self, d: DVec3, flux: [f64; 3], reach: f64, gram: impl Fn(f64) -> f64 + Sync) {
+    /// Takes a disk's part out of all that lies within half sine `reach` of it, by the table of G.
+    ///
+    /// Of the angle γ between directions of polar angles θ, θ' and azimuths β, β' it is sin²(γ/2) = sin²((θ −
+    /// θ')/2) + sin θ sin θ' sin²((β − β')/2): a number for each row and one for each column.
+    fn subtract(&mut self, d: DVec3, flux: [f32; 3], reach: f64, table: &[f32]) {
         let theta = d.y.clamp(-1.0, 1.0).acos();
-        let angle = 2.0 * reach.asin();
-        let (width, height, columns) = (self.width, self.height, &self.columns);
-        let of_row = |j: usize, mut planes: [&mut [f32]; 3], best: &mut (f64, usize)| {
-            let row = PI * (j as f64 + 0.5) / height as f64;
-            if (row - theta).abs() > angle {
+        let (width, height) = (self.width, self.height);
+        let middle = width as f64 * (d.z.atan2(d.x) / (2.0 * PI) + 0.5) - 0.5;
+        let half_sine2 = |i: usize| (PI * (i as f64 - middle) / width as f64).sin().powi(2) as f32;
+        let columns: Vec<f32> = (0..width).map(half_sine2).collect();
+        let [red, green, blue] = self.image.planes.each_mut().map(|p| p.par_chunks_mut(width));
+        let rows = red.zip(green).zip(blue).zip(&mut self.rows).enumerate().with_min_len(MIN_ROWS);
+        rows.for_each_init(Row::default, |row, (j, (((red, green), blue), best))| {
+            let at = PI * (j as f64 + 0.5) / height as f64;
+            let (own, each) = ((0.5 * (at - theta)).sin().powi(2), at.sin() * theta.sin());
+            if own > reach * reach {
                 return;
             }
-            let (st, ct) = row.sin_cos();
-            for (i, [c, s]) in columns.iter().enumerate() {
-                let cos = st * (c * d.x + s * d.z) + ct * d.y;
-                let square = 0.5 * (1.0 - cos).max(0.0);
-                if square > reach * reach {
-                    continue;
+            // Columns on both sides of the disk's that are in reach.
+            let far = ((reach * reach - own) / each.max(f64::MIN_POSITIVE)).min(1.0).sqrt().asin();
+            let side = width as f64 * far / PI;
+            let ranges = match 2.0 * side + 2.0 < width as f64 {
+                true => around((middle - side).floor() as isize, (middle + side).ceil() as isize, width),
+                false => [0..width, 0..0],
+            };
+            let mut planes = [red, green, blue];
+            for range in ranges {
+                row.responses(&columns[range.clone()], own as f32, each as f32, table);
+                for (plane, flux) in planes.iter_mut().zip(flux) {
+                    let (g, to) = (&row.g[..range.len()], &mut plane[range.clone()]);
+                    to.iter_mut().zip(g).for_each(|(to, g)| *to -= flux * g);
                 }
-                let g = gram(square.sqrt());
-                planes.iter_mut().zip(flux).for_each(|(plane, f)| plane[i] -= (f * g) as f32);
             }
-            *best = highest(planes.each_ref().map(|p| &**p));
-        };
-        let [red, green, blue] = &mut self.image.planes;
-        let (red, green, blue) =
-            (red.par_chunks_mut(width), green.par_chunks_mut(width), blue.par_chunks_mut(width));
-        let rows = red.zip(green).zip(blue).zip(&mut self.rows).enumerate().with_min_len(MIN_ROWS);
-        rows.for_each(|(j, (((red, green), blue), best))| of_row(j, [red, green, blue], best));
+            *best = row.highest(planes.each_ref().map(|p| &**p));
+        });
     }
 }
 
-/// Rows that a thread takes at least. 128 disks took 190 ms on one core with 382 rows, so that 16 rows take
-/// 0.06 ms.
+/// Columns from `first` to `last` around the sphere, as one or two ranges.
+fn around(first: isize, last: isize, width: usize) -> [Range<usize>; 2] {
+    let start = first.rem_euclid(width as isize) as usize;
+    let end = start + (last - first) as usize + 1;
+    [start..end.min(width), 0..end.saturating_sub(width)]
+}
+
+/// Rows that a thread takes at least.
 const MIN_ROWS: usize = 16;
 
-/// The highest score of a row, with its column.
-fn highest([red, green, blue]: [&[f32]; 3]) -> (f64, usize) {
-    let mut best = (0.0, 0);
-    for (i, ((r, g), b)) in red.iter().zip(green).zip(blue).enumerate() {
-        let s: f64 = [r, g, b].map(|c| f64::from(*c) * f64::from(*c)).iter().sum();
-        if s > best.0 {
-            best = (s, i);
+/// Numbers of each column of a row, kept for the next one.
+#[derive(Default)]
+struct Row {
+    /// Places in the table of G: whole numbers, and what is left of them.
+    cells: Vec<u32>,
+    parts: Vec<f32>,
+    /// G.
+    g: Vec<f32>,
+    scores: Vec<f32>,
+}
+
+impl Row {
+    /// G where sin²(γ/2) is `own` + `each` · column.
+    fn responses(&mut self, columns: &[f32], own: f32, each: f32, table: &[f32]) {
+        let n = columns.len();
+        self.cells.resize(n.max(self.cells.len()), 0);
+        self.parts.resize(n.max(self.parts.len()), 0.0);
+        self.g.resize(n.max(self.g.len()), 0.0);
+        let (cells, parts) = (&mut self.cells[..n], &mut self.parts[..n]);
+        let last = table.len() - 2;
+        run(Places { columns, own, each, last: last as f32, cells, parts });
+        for ((g, cell), part) in self.g.iter_mut().zip(&*cells).zip(&*parts) {
+            let k = (*cell as usize).min(last);
+            *g = table[k] + (table[k + 1] - table[k]) * part;
         }
     }
-    best
+
+    /// The highest score of a row, with its column.
+    fn highest(&mut self, planes: [&[f32]; 3]) -> (f32, usize) {
+        self.scores.resize(planes[0].len(), 0.0);
+        let best = run(Scores { planes, out: &mut self.scores });
+        (best, self.scores.iter().position(|s| *s == best).unwrap_or(0))
+    }
+}
+
+/// Places in a table of equal steps of sin(γ/2) from 0 to 1, `last` + 1 of them.
+struct Places<'a> {
+    columns: &'a [f32],
+    own: f32,
+    each: f32,
+    last: f32,
+    cells: &'a mut [u32],
+    parts: &'a mut [f32],
+}
+
+impl Kernel for Places<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let lanes = A::F32::LANES;
+        let splat = A::F32::splat;
+        let (own, each) = (splat(self.own), splat(self.each));
+        let (steps, last) = (splat(self.last + 1.0), splat(self.last));
+        let whole = self.columns.len() / lanes * lanes;
+        let mut k = 0;
+        while k < whole {
+            let x = A::F32::load(&self.columns[k..]).fma(each, own).sqrt().mul(steps);
+            let cell = x.truncate().min(last);
+            cell.store_whole(&mut self.cells[k..]);
+            x.sub(cell).store(&mut self.parts[k..]);
+            k += lanes;
+        }
+        for k in whole..self.columns.len() {
+            let x = (self.columns[k] * self.each + self.own).sqrt() * (self.last + 1.0);
+            let cell = x.trunc().min(self.last);
+            self.cells[k] = cell as u32;
+            self.parts[k] = x - cell;
+        }
+    }
+}
+
+/// The sums of the squares of three channels; their largest.
+struct Scores<'a> {
+    planes: [&'a [f32]; 3],
+    out: &'a mut [f32],
+}
+
+impl Kernel for Scores<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<A: Arch>(self) -> f32 {
+        let [red, green, blue] = self.planes;
+        for (((s, r), g), b) in self.out.iter_mut().zip(red).zip(green).zip(blue) {
+            *s = r * r + g * g + b * b;
+        }
+        let mut most = [0.0f32; 16];
+        let (chunks, rest) = self.out.as_chunks::<16>();
+        for chunk in chunks {
+            for (m, s) in most.iter_mut().zip(chunk) {
+                *m = if s > m { *s } else { *m };
+            }
+        }
+        let mut best = 0.0f32;
+        for s in most.iter().chain(rest) {
+            best = if *s > best { *s } else { best };
+        }
+        best
+    }
 }
 
 #[cfg(test)]
