@@ -10,6 +10,7 @@ use crate::central::Polar;
 use crate::{Brdf, Domain, Lobe};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_simd::{Arch, Kernel, Vector, run};
 use steradian_sphere::quadrature::gauss_legendre;
 use steradian_sphere::sh::{Rotation, count};
 
@@ -25,6 +26,9 @@ const MAX_NODES: usize = 15;
 const WIDTHS: [f64; 2] = [1e-4, 0.6];
 /// Scale of the integrand at the horizon, radians: that of the view's elevation, clamped to this range.
 const HORIZON: [f64; 2] = [0.02, 0.3];
+
+/// Most f64 of a register, to a multiple of which rows of waves are filled up.
+const MAX_LANES: usize = 8;
 
 /// Rules for bands up to an order.
 pub struct Rule {
@@ -86,13 +90,14 @@ impl Rule {
         let plan = self.plan(brdf, wo);
         let (thetas, phis) = (self.nodes(plan.theta, &plan.thetas), self.nodes(plan.phi, &plan.phis));
         // 1, then √2 cos mφ and √2 sin mφ, of every φ, times its weight.
-        let terms = 2 * self.order + 1;
-        let mut waves = Vec::with_capacity(phis.len() * terms);
-        for [phi, w] in &phis {
-            waves.push(*w);
+        let terms = (2 * self.order + 1).next_multiple_of(MAX_LANES);
+        let mut waves = vec![0.0; phis.len() * terms];
+        for ([phi, w], wave) in phis.iter().zip(waves.chunks_exact_mut(terms)) {
+            wave[0] = *w;
             for m in 1..=self.order {
                 let (s, c) = (m as f64 * phi).sin_cos();
-                waves.extend([c, s].map(|x| std::f64::consts::SQRT_2 * w * x));
+                wave[2 * m - 1] = std::f64::consts::SQRT_2 * w * c;
+                wave[2 * m] = std::f64::consts::SQRT_2 * w * s;
             }
         }
         let across: Vec<(DVec3, f64)> = phis
@@ -103,21 +108,27 @@ impl Rule {
             Projection { c: std::array::from_fn(|_| vec![0.0; count(self.order)]), energy: [0.0; 3] };
         let mut ring: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; terms]);
         let (mut wi, mut values) = (vec![DVec3::ZERO; across.len()], vec![[0.0; 3]; across.len()]);
+        let mut weighted: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; across.len()]);
         let mut row = Vec::new();
         for [theta, w] in thetas {
             let (st, ct) = theta.sin_cos();
-            ring.iter_mut().for_each(|r| r.fill(0.0));
             for (wi, (d, _)) in wi.iter_mut().zip(&across) {
                 *wi = plan.frame.z_axis * ct + *d * st;
             }
             brdf.f_cos_batch(&wi, wo, &mut values);
-            for ((f, (_, wp)), wave) in values.iter().zip(&across).zip(waves.chunks_exact(terms)) {
+            let weight = w * st;
+            for (k, (f, (_, wp))) in values.iter().zip(&across).enumerate() {
                 for c in 0..3 {
-                    let f = w * st * f[c];
-                    out.energy[c] += if f == 0.0 { 0.0 } else { wp * f * f / (w * st) };
-                    ring[c].iter_mut().zip(wave).for_each(|(r, x)| *r += f * x);
+                    weighted[c][k] = weight * f[c];
+                    out.energy[c] += weight * wp * f[c] * f[c];
                 }
             }
+            let [red, green, blue] = &mut ring;
+            run(Rings {
+                f: [&weighted[0], &weighted[1], &weighted[2]],
+                waves: &waves,
+                out: [red, green, blue],
+            });
             self.polar.for_each(st, ct, &mut row, |m, p| {
                 for l in m..=self.order {
                     for c in 0..3 {
@@ -188,6 +199,38 @@ impl Rule {
             out.extend(composite(pair, parts, &self.gauss[n.min(MAX_NODES)]));
         }
         out
+    }
+}
+
+/// Sums over φ of f times the waves, of three channels: `out` has the length of the waves of a φ.
+struct Rings<'a> {
+    f: [&'a [f64]; 3],
+    waves: &'a [f64],
+    out: [&'a mut [f64]; 3],
+}
+
+impl Kernel for Rings<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let lanes = A::F64::LANES;
+        let [red, green, blue] = self.f;
+        let terms = self.out[0].len();
+        let mut at = 0;
+        while at < terms {
+            let mut sums = [A::F64::splat(0.0); 3];
+            for (((r, g), b), wave) in red.iter().zip(green).zip(blue).zip(self.waves.chunks_exact(terms)) {
+                let wave = A::F64::load(&wave[at..]);
+                sums[0] = wave.fma(A::F64::splat(*r), sums[0]);
+                sums[1] = wave.fma(A::F64::splat(*g), sums[1]);
+                sums[2] = wave.fma(A::F64::splat(*b), sums[2]);
+            }
+            for c in 0..3 {
+                sums[c].store(&mut self.out[c][at..]);
+            }
+            at += lanes;
+        }
     }
 }
 

@@ -420,6 +420,36 @@ mod tests {
     use super::*;
     use crate::source::add_small_lights;
 
+    /// By haversines and a range of columns each texel gets what its distance from the disk says: near the
+    /// poles, at the border of the image, in reach of everything; and the rows' highest scores are kept.
+    #[test]
+    fn a_disks_part_is_that_of_its_distance() {
+        let g = |half_sine: f64| 1.0 / (1.0 + 40.0 * half_sine * half_sine);
+        let table: Vec<f32> =
+            (0..TABLE_ENTRIES).map(|k| g(k as f64 / (TABLE_ENTRIES - 1) as f64) as f32).collect();
+        for d in [DVec3::X, DVec3::NEG_X, DVec3::new(0.02, 1.0, -0.01), DVec3::new(-0.3, -0.9, 0.2)] {
+            let d = d.normalize();
+            for reach in [0.02, 0.3, 1.0] {
+                let mut field = Field::new(&ShRgb::zero(31), 32);
+                field.subtract(d, [-1.0, 0.5, -2.0], reach, &table);
+                for (j, i) in (0..field.height).flat_map(|j| (0..field.width).map(move |i| (j, i))) {
+                    let x = 0.5 * (field.direction(j, i) - d).length();
+                    let [red, green, blue] = field.value(j, i);
+                    assert!(green == -0.5 * red && blue == 2.0 * red);
+                    if red != 0.0 || x < reach - 1e-6 {
+                        assert!((red - g(x)).abs() < 1e-6, "{d} {reach}: {red} at {x}");
+                    }
+                    // A column more on either side at most.
+                    let near = x < reach + 2.0 * PI / field.width as f64;
+                    assert!(red == 0.0 || near, "{d} {reach}: {red} at {x}");
+                    assert!(field.score(j, i) <= f64::from(field.rows[j].0) * (1.0 + 1e-6));
+                }
+                let (score, j, i) = field.best().expect("not dark");
+                assert!((field.score(j, i) / f64::from(score) - 1.0).abs() < 1e-6);
+            }
+        }
+    }
+
     /// Three small lights over a smooth sky come out as they went in, and nearly nothing of the high bands is
     /// left.
     #[test]

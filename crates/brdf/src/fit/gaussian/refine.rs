@@ -5,7 +5,7 @@ use super::slice::Slice;
 use super::weights::{self, Weights};
 use super::{GaussianLobe, MAX_LOBES};
 use std::f64::consts::{FRAC_PI_2, PI};
-use steradian_simd::{Arch, Kernel};
+use steradian_simd::{Arch, Kernel, Vector};
 
 /// The lobes of one elevation.
 #[derive(Debug, Clone)]
@@ -62,17 +62,35 @@ struct State {
     onto: [Vec<f64>; 3],
 }
 
-/// Σ a b in eight sums, which are a register or two.
+/// Σ a b of a column with each of four, which takes each number of it from the memory once.
 #[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut s = [0.0; 8];
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    for (a, b) in a.iter().zip(b) {
-        (0..8).for_each(|i| s[i] += a[i] * b[i]);
+fn dots<A: Arch>(a: &[f64], b: [&[f64]; 4]) -> [f64; 4] {
+    let (n, lanes) = (a.len(), A::F64::LANES);
+    let b = [&b[0][..n], &b[1][..n], &b[2][..n], &b[3][..n]];
+    // Two registers each, since a sum waits for the one before it.
+    let mut sums = [[A::F64::splat(0.0); 4]; 2];
+    let mut at = 0;
+    while at + 2 * lanes <= n {
+        for sums in &mut sums {
+            let x = A::F64::load(&a[at..]);
+            for (sum, b) in sums.iter_mut().zip(&b) {
+                *sum = x.fma(A::F64::load(&b[at..]), *sum);
+            }
+            at += lanes;
+        }
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7])) + rest
+    let mut out = [0.0; 4];
+    for k in 0..4 {
+        let mut parts = [0.0; MAX_LANES];
+        sums[0][k].add(sums[1][k]).store(&mut parts);
+        let rest: f64 = a[at..].iter().zip(&b[k][at..]).map(|(a, b)| a * b).sum();
+        out[k] = parts.iter().sum::<f64>() + rest;
+    }
+    out
 }
+
+/// Most f64 of a register.
+const MAX_LANES: usize = 8;
 
 /// Products of all columns with each other, and with the channels.
 pub(super) struct Products<'a> {
@@ -90,13 +108,21 @@ impl Kernel for Products<'_> {
         let n = self.columns.len();
         let mut gram = vec![vec![0.0; n]; n];
         let mut onto: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; n]);
-        for i in 0..n {
-            for j in (0..=i).filter(|j| self.apart.is_none_or(|apart| !apart(i, *j))) {
-                let v = dot(&self.columns[i], &self.columns[j]);
-                (gram[i][j], gram[j][i]) = (v, v);
+        let mut near = Vec::new();
+        for (i, column) in self.columns.iter().enumerate() {
+            near.clear();
+            near.extend((0..=i).filter(|j| self.apart.is_none_or(|apart| !apart(i, *j))));
+            for four in near.chunks(4) {
+                let of = |k: usize| self.columns[four[k.min(four.len() - 1)]].as_slice();
+                let products = dots::<A>(column, [of(0), of(1), of(2), of(3)]);
+                for (j, v) in four.iter().zip(products) {
+                    (gram[i][*j], gram[*j][i]) = (v, v);
+                }
             }
+            let [red, green, blue] = self.t;
+            let products = dots::<A>(column, [red, green, blue, blue]);
             for c in 0..3 {
-                onto[c][i] = dot(&self.columns[i], &self.t[c]);
+                onto[c][i] = products[c];
             }
         }
         (gram, onto)
