@@ -41,7 +41,8 @@ pub enum Verdict {
     Stopped,
     /// It was not tried: it would take longer than the time that was left.
     TooDear,
-    /// It was not tried: an earlier technique has an error too small to be seen.
+    /// It was not tried: an earlier technique has an error too small to be seen, or represents the same by
+    /// more numbers.
     Unneeded,
     /// It was not tried: it leaves out what the material gives, and another does not.
     LeavesOut,

@@ -228,7 +228,7 @@ impl Session {
             trial.left_out = m.left_out_by(t.varies());
             let whole = best.as_ref().is_some_and(|c| !c.rank.0);
             let spared = match under.tolerance {
-                None if below(INVISIBLE_ERROR) => Some(Verdict::Unneeded),
+                None if below(INVISIBLE_ERROR) || is_refined(t, &trial, &trials) => Some(Verdict::Unneeded),
                 _ if whole && !trial.left_out.is_empty() => Some(Verdict::LeavesOut),
                 // Reflectance that takes long to evaluate makes all of them dearer than usual.
                 _ if t.effort() * f64::max(1.0, spent / f64::max(usual, f64::MIN_POSITIVE))
@@ -379,6 +379,14 @@ fn candidates(m: &Material, tolerance: bool) -> Vec<&'static dyn AnyTechnique> {
     first.extend(any);
     first.sort_by_key(|t| !m.left_out_by(t.varies()).is_empty());
     first
+}
+
+/// Was a technique tried that represents the same by more numbers, and leaves out no more of the material?
+fn is_refined(t: &dyn AnyTechnique, trial: &Trial, before: &[Trial]) -> bool {
+    let finer = |o: &Trial| {
+        t.refined_by() == Some(o.technique) && o.error.is_some() && o.left_out.len() <= trial.left_out.len()
+    };
+    before.iter().any(finer)
 }
 
 /// Is it made for reflectances of two models at most?
@@ -566,6 +574,24 @@ mod tests {
         assert!(choice.trials.iter().filter(leaves_out).count() > 3, "{choice}");
         assert!(choice.trials.iter().filter(leaves_out).all(|t| t.seconds == 0.0), "{choice}");
         assert!(choice.to_string().contains("leave out parts of the material: "), "{choice}");
+    }
+
+    /// Techniques that others refine are not tried after these, where no tolerance asks for small data.
+    #[test]
+    fn refined_techniques_come_after_what_refines_them() {
+        let material = Material::new(steradian_brdf::parse("ggx:alpha=0.3").expect("a spec"));
+        let order: Vec<&str> = candidates(&material, false).iter().map(|t| t.card().slug).collect();
+        let place = |slug: &str| order.iter().position(|s| *s == slug).expect(slug);
+        let slices = Trial { error: Some(0.2), ..Trial::new("shrm_slices") };
+        for slug in ["shrm", "shrm_global"] {
+            let t = steradian_techniques::find(slug).expect("a technique");
+            assert!(place("shrm_slices") < place(slug), "{order:?}");
+            let tried = |before: &Trial| is_refined(t, &Trial::new(slug), std::slice::from_ref(before));
+            assert!(tried(&slices) && !tried(&Trial::new("shrm_slices")));
+            assert!(!tried(&Trial { left_out: vec!["the roughness map"], ..slices.clone() }));
+        }
+        let named = steradian_techniques::registry().iter().filter_map(|t| t.refined_by());
+        assert!(named.into_iter().all(|slug| steradian_techniques::find(slug).is_some()));
     }
 
     /// Mirrors stand for what is as sharp as a mirror, and not for every width of the same model.

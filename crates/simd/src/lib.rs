@@ -21,7 +21,7 @@ pub use lanes::Lanes;
 #[cfg(any(test, not(target_arch = "x86_64")))]
 use plain::Plain;
 use std::sync::OnceLock;
-pub use vector::{Double, Short, Single, Vector};
+pub use vector::{Double, MAX_F64_LANES, Short, Single, Vector};
 #[cfg(target_arch = "x86_64")]
 use x86::{EightSingle, FourSingle, Pair, Sixteen, SseLanes, TwoDouble};
 

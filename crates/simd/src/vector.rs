@@ -1,5 +1,8 @@
 //! Vectors as wide as the instruction set's registers, for kernels that hold their sums in registers.
 
+/// Most f64 that a register holds on any instruction set.
+pub const MAX_F64_LANES: usize = 8;
+
 /// A register of numbers.
 pub trait Vector: Copy {
     /// What its lanes hold.

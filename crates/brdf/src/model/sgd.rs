@@ -70,6 +70,10 @@ struct Channel {
 impl Channel {
     fn d(&self, tan2: f64, cos2: f64) -> f64 {
         let a = self.alpha + tan2 / self.alpha;
+        // Where e would be below the least number.
+        if a > 746.0 && self.p >= 0.0 {
+            return 0.0;
+        }
         // exp(−a)/a^p as one exponential.
         let e = (-a - self.p * a.ln()).exp();
         if e > 0.0 { self.kappa * e * INV_PI / (cos2 * cos2) } else { 0.0 }
@@ -122,7 +126,9 @@ impl Sgd {
         let (ti, u) = (polar_angle(wi), half_cosine(wi, wo));
         let mut f = [0.0; 3];
         for (f, (c, g1)) in f.iter_mut().zip(self.channels.iter().zip(masked)) {
-            let s = c.fresnel(u) * c.d(tan2, cos2) * c.g1(ti) * g1 / (wi.z * wo.z).max(1e-150);
+            let d = c.d(tan2, cos2);
+            let masked = if d == 0.0 { 0.0 } else { c.g1(ti) * g1 };
+            let s = c.fresnel(u) * d * masked / (wi.z * wo.z).max(1e-150);
             *f = INV_PI * (c.rho_d + c.rho_s * s);
         }
         f

@@ -10,7 +10,7 @@ use crate::central::Polar;
 use crate::{Brdf, Domain, Lobe};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
-use steradian_simd::{Arch, Kernel, Vector, run};
+use steradian_simd::{Arch, Kernel, MAX_F64_LANES, Vector, run};
 use steradian_sphere::quadrature::gauss_legendre;
 use steradian_sphere::sh::{Rotation, count};
 
@@ -26,9 +26,6 @@ const MAX_NODES: usize = 15;
 const WIDTHS: [f64; 2] = [1e-4, 0.6];
 /// Scale of the integrand at the horizon, radians: that of the view's elevation, clamped to this range.
 const HORIZON: [f64; 2] = [0.02, 0.3];
-
-/// Most f64 of a register, to a multiple of which rows of waves are filled up.
-const MAX_LANES: usize = 8;
 
 /// Rules for bands up to an order.
 pub struct Rule {
@@ -89,8 +86,8 @@ impl Rule {
     pub fn project(&self, brdf: &dyn Brdf, wo: DVec3) -> Projection {
         let plan = self.plan(brdf, wo);
         let (thetas, phis) = (self.nodes(plan.theta, &plan.thetas), self.nodes(plan.phi, &plan.phis));
-        // 1, then √2 cos mφ and √2 sin mφ, of every φ, times its weight.
-        let terms = (2 * self.order + 1).next_multiple_of(MAX_LANES);
+        // 1, then √2 cos mφ and √2 sin mφ, of every φ, times its weight; rows are filled up to whole registers.
+        let terms = (2 * self.order + 1).next_multiple_of(MAX_F64_LANES);
         let mut waves = vec![0.0; phis.len() * terms];
         for ([phi, w], wave) in phis.iter().zip(waves.chunks_exact_mut(terms)) {
             wave[0] = *w;

@@ -65,6 +65,8 @@ pub trait AnyTechnique: Send + Sync {
     fn planes(&self) -> &'static [Plane];
     /// Processor seconds of a bake with default parameters, about ([`Technique::EFFORT`]).
     fn effort(&self) -> f64;
+    /// Slug of a technique that represents the same by more numbers ([`Technique::REFINED_BY`]).
+    fn refined_by(&self) -> Option<&'static str>;
     /// A bake that [`AnyBake::save`] wrote.
     fn load(&self, t: &TensorFile) -> Result<Box<dyn AnyBake>, BakeError>;
 }
@@ -201,6 +203,10 @@ impl<T: Technique> AnyTechnique for Erased<T> {
 
     fn effort(&self) -> f64 {
         T::EFFORT
+    }
+
+    fn refined_by(&self) -> Option<&'static str> {
+        T::REFINED_BY
     }
 
     fn draft(

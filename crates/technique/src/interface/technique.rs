@@ -75,6 +75,9 @@ pub trait Technique: Send + Sync + 'static {
     /// photograph of 1024 × 512 texels, in an optimised build. The choice of the best technique within a time
     /// budget uses it. A reflectance that is slow to evaluate makes the bake several times as long.
     const EFFORT: f64 = 0.5;
+    /// Another technique that represents the same by more numbers and errs less, or about as little. Where
+    /// it was tried, the choice of the least error leaves this one out.
+    const REFINED_BY: Option<&'static str> = None;
     /// Bakes the geometry; called with `None` only where [`Technique::needs_sites`] is false.
     fn transfer(
         g: Option<&Geometry>,

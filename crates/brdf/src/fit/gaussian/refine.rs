@@ -5,7 +5,7 @@ use super::slice::Slice;
 use super::weights::{self, Weights};
 use super::{GaussianLobe, MAX_LOBES};
 use std::f64::consts::{FRAC_PI_2, PI};
-use steradian_simd::{Arch, Kernel, Vector};
+use steradian_simd::{Arch, Kernel, MAX_F64_LANES, Vector};
 
 /// The lobes of one elevation.
 #[derive(Debug, Clone)]
@@ -81,16 +81,13 @@ fn dots<A: Arch>(a: &[f64], b: [&[f64]; 4]) -> [f64; 4] {
     }
     let mut out = [0.0; 4];
     for k in 0..4 {
-        let mut parts = [0.0; MAX_LANES];
+        let mut parts = [0.0; MAX_F64_LANES];
         sums[0][k].add(sums[1][k]).store(&mut parts);
         let rest: f64 = a[at..].iter().zip(&b[k][at..]).map(|(a, b)| a * b).sum();
         out[k] = parts.iter().sum::<f64>() + rest;
     }
     out
 }
-
-/// Most f64 of a register.
-const MAX_LANES: usize = 8;
 
 /// Products of all columns with each other, and with the channels.
 pub(super) struct Products<'a> {

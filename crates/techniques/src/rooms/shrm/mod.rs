@@ -95,6 +95,7 @@ impl Technique for Shrm {
     type Linked = ReflectionMaps;
     type Frame = TurnedSuns;
     const EFFORT: f64 = 0.7;
+    const REFINED_BY: Option<&'static str> = Some("shrm_slices");
 
     fn light(l: &Lights, _: &Orders, task: &Task) -> Result<SunlitSpectrum, BakeError> {
         sunlit_spectrum::bake(Self::CARD.slug, l, ORDER, task)

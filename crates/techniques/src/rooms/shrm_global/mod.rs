@@ -84,6 +84,7 @@ impl Technique for ShrmGlobal {
     type Linked = Cubes;
     type Frame = Now;
     const EFFORT: f64 = 0.8;
+    const REFINED_BY: Option<&'static str> = Some("shrm_slices");
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<SunlitSpectrum, BakeError> {
         sunlit_spectrum::bake(Self::CARD.slug, l, ORDER, task)
