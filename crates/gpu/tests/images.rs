@@ -56,7 +56,7 @@ fn within(what: impl std::fmt::Debug, flip: f32, bound: f32) -> Result<(), Faile
 }
 
 /// Both paths, both rates of shading. A technique's first scene is drawn in all four ways, a second one in the
-/// last (all scenes in all ways with STERADIAN_FULL=1).
+/// first or the last (all scenes in all ways with STERADIAN_FULL=1).
 const WAYS: [(Path, Rate); 4] = [
     (Path::Raster, Rate::Sample),
     (Path::Raster, Rate::Pixel),
@@ -111,6 +111,7 @@ fn main() {
             *seen += 1;
             let ways = match seen {
                 _ if *seen == 1 || steradian_testkit::full() => &WAYS[..],
+                2 if k % 2 == 0 => &WAYS[..1],
                 2 => &WAYS[WAYS.len() - 1..],
                 _ => continue,
             };
