@@ -375,8 +375,9 @@ fn split_sum_is_lit_as_by_a_new_bake() -> Result<(), Failed> {
     for (spec, sun) in kinds.into_iter().take(count) {
         let after = if sun { light::with_sun(after.clone()) } else { after.clone() };
         // Level 0 is as fine as the sky otherwise, on which software adapters take most of the time.
-        let size = if gpu.is_software() && !steradian_testkit::full() { 64 } else { 128 };
-        let values: ParamValues = [("size", f64::from(size))].into_iter().collect();
+        let few = gpu.is_software() && !steradian_testkit::full();
+        let (size, count) = if few { (64, 5.0) } else { (128, 10.0) };
+        let values: ParamValues = [("size", f64::from(size)), ("levels", count)].into_iter().collect();
         let mut baked = bake_with("split_sum", spec, &before, &values)?;
         let mut technique = baked.gpu();
         let chain =
@@ -463,7 +464,9 @@ fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
         let count = if steradian_testkit::full() { card.specimens.len() } else { 1 };
         // Narrow kernels of many texels take software adapters most of the time.
         let fewer: &[(&str, &str, f64)] = match gpu.is_software() && !steradian_testkit::full() {
-            true => &[("gaussian_lobes", "sigma", 8.0), ("split_sum", "size", 64.0)],
+            true => {
+                &[("gaussian_lobes", "sigma", 8.0), ("split_sum", "size", 64.0), ("split_sum", "levels", 5.0)]
+            }
             false => &[],
         };
         let of_this = fewer.iter().filter(|f| f.0 == card.slug).map(|f| (f.1, f.2));
