@@ -55,8 +55,8 @@ fn within(what: impl std::fmt::Debug, flip: f32, bound: f32) -> Result<(), Faile
     if flip <= bound { Ok(()) } else { Err(format!("{what:?}: FLIP {flip:.4}").into()) }
 }
 
-/// Both paths, both rates of shading. A technique's first scene is drawn in all four ways, a second one in the
-/// first or the last (all scenes in all ways with STERADIAN_FULL=1).
+/// Both paths, both rates of shading. A technique's first scene is drawn in all four ways, a second one in
+/// the first or the last (all scenes in all ways with STERADIAN_FULL=1).
 const WAYS: [(Path, Rate); 4] = [
     (Path::Raster, Rate::Sample),
     (Path::Raster, Rate::Pixel),

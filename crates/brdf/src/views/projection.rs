@@ -86,7 +86,8 @@ impl Rule {
     pub fn project(&self, brdf: &dyn Brdf, wo: DVec3) -> Projection {
         let plan = self.plan(brdf, wo);
         let (thetas, phis) = (self.nodes(plan.theta, &plan.thetas), self.nodes(plan.phi, &plan.phis));
-        // 1, then √2 cos mφ and √2 sin mφ, of every φ, times its weight; rows are filled up to whole registers.
+        // 1, then √2 cos mφ and √2 sin mφ, of every φ, times its weight; rows are filled up to whole
+        // registers.
         let terms = (2 * self.order + 1).next_multiple_of(MAX_F64_LANES);
         let mut waves = vec![0.0; phis.len() * terms];
         for ([phi, w], wave) in phis.iter().zip(waves.chunks_exact_mut(terms)) {

@@ -10,8 +10,8 @@ use std::f64::consts::{PI, TAU};
 pub struct Distribution1d {
     /// Running sums of the pieces' probabilities: n + 1 values from 0 to 1.
     cdf: Vec<f64>,
-    /// Of parts of [0, 1] of length 1/n the index of the first sum that is not in an earlier one, so that sums
-    /// are found without a search through all of them (Chen & Asau 1974); then their number.
+    /// Of parts of [0, 1] of length 1/n the index of the first sum that is not in an earlier one, so that
+    /// sums are found without a search through all of them (Chen & Asau 1974); then their number.
     starts: Vec<u32>,
     /// Sum of the weights that it was made of.
     total: f64,
