@@ -199,7 +199,8 @@ impl MatchingPursuit {
     }
 }
 
-/// c over a lat-long grid.
+/// c over a lat-long grid, times the power of two that brings its largest value to 1 … 2: scores are squares
+/// in single precision.
 struct Field {
     image: SphereImage,
     width: usize,
@@ -212,7 +213,10 @@ impl Field {
     fn new(filtered: &ShRgb, bands: usize) -> Self {
         let height = ((ROWS_PER_BAND * bands as f64) as usize).max(8).next_multiple_of(8);
         let width = 2 * height;
-        let image = sh::synthesize(filtered, Layout::LatLong, width, height);
+        let mut image = sh::synthesize(filtered, Layout::LatLong, width, height);
+        let peak = image.planes.iter().flatten().fold(f32::MIN_POSITIVE, |m, v| m.max(v.abs()));
+        let scale = (-peak.log2().floor()).exp2();
+        image.planes.iter_mut().flatten().for_each(|v| *v *= scale);
         let planes = &image.planes;
         let mut row = Row::default();
         let rows = (0..height)
@@ -477,6 +481,15 @@ mod tests {
             let b =
                 small_lights.iter().find(|b| b.direction.dot(l.direction) > 0.02_f64.cos()).expect("found");
             assert!((b.flux[0] / l.flux[0] - 1.0).abs() < 0.05, "{:?} {:?}", b.flux, l.flux);
+        }
+        // Whatever the unit of radiance.
+        for scale in [1e-24, 1e24] {
+            let mut scaled = light.clone();
+            scaled.c.iter_mut().flatten().for_each(|c| *c *= scale);
+            let same =
+                MatchingPursuit::new(&scaled, &weight, 0.004, 3, &Task::quiet()).expect("not cancelled");
+            let near = |(a, b): (&DVec3, &DVec3)| (*a - *b).length() < 1e-3;
+            assert!(same.len() == 3 && same.directions.iter().zip(&found.directions).all(near), "{scale}");
         }
         let high = |sh: &ShRgb| sh.c[0][64..].iter().map(|x| x * x).sum::<f64>();
         let before = high(&light);
