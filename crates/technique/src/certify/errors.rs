@@ -93,7 +93,7 @@ pub(super) struct ProbeSample {
 
 impl ProbeSample {
     /// Squares of the difference and of the exact radiance.
-    fn squares(&self) -> [f64; 2] {
+    pub(super) fn squares(&self) -> [f64; 2] {
         let square = |v: [f64; 3]| self.weight * v.iter().map(|x| x * x).sum::<f64>();
         [square(std::array::from_fn(|c| self.shaded[c] - self.exact[c])), square(self.exact)]
     }

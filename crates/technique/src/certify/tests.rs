@@ -88,14 +88,7 @@ fn what_a_sun_decides_is_stated() {
         Tree::new(image(l).as_ref(), &suns, &Task::quiet()).unwrap()
     });
     let m = Model::of(&*brdf);
-    let blind = |q: &crate::Points<'_>, out: &mut Radiance<'_>| {
-        for i in 0..q.len() {
-            let at = |v: &[&[f32]; 3]| DVec3::from_array(v.map(|c| f64::from(c[i])));
-            let frame = Frame::from_normal_tangent(at(&q.n), at(&q.t));
-            let l = radiance(&dark, &m, &frame, frame.to_local(at(&q.wo)));
-            (0..3).for_each(|c| out.rgb[c][i] = l[c] as f32);
-        }
-    };
+    let blind = by_integrals(&dark, &m, 1.0);
     let seen = Target::Integral(Model::of(&*brdf)).errors(&tree, &Task::quiet(), &blind).unwrap();
     assert!((0.8..1.0).contains(&seen.mean) && (0.85..1.1).contains(&seen.all), "{seen:?}");
     // Most points see no sun, as the errors of single points show.
@@ -110,6 +103,49 @@ fn what_a_sun_decides_is_stated() {
     stated.sort_by(f64::total_cmp);
     assert!(stated[0] < stated[1] && stated[1] < stated[2], "{stated:?}");
     let plain = probes::all(PROBES, 0.0, &dark, &m.lobes);
-    let same = compare(&plain, &|_, f, wo| radiance(&dark, &m, f, wo), &[], &Task::quiet(), &blind).unwrap();
+    let same = compare(&plain, &|_, p, coarser| radiance(&dark, &m, p, coarser), &[], &Task::quiet(), &blind)
+        .unwrap();
     assert!(plain.len() == PROBES + PROBES / 4 && same.all < 1e-6, "{same:?}");
+}
+
+/// Shading by integrals, times a factor.
+fn by_integrals<'a>(
+    tree: &'a Tree,
+    m: &'a Model<'_>,
+    factor: f64,
+) -> impl Fn(&crate::Points<'_>, &mut Radiance<'_>) + Sync + 'a {
+    move |q, out| {
+        for i in 0..q.len() {
+            let at = |v: &[&[f32]; 3]| DVec3::from_array(v.map(|c| f64::from(c[i])));
+            let frame = Frame::from_normal_tangent(at(&q.n), at(&q.t));
+            let l = radiance(tree, m, &Probe { frame, wo: frame.to_local(at(&q.wo)), weight: 1.0 }, 1.0);
+            (0..3).for_each(|c| out.rgb[c][i] = (factor * l[c]) as f32);
+        }
+    }
+}
+
+/// Shading that is off by a known factor has that error, whether it is large, and measured by coarse
+/// integrals for the most part, or small, and measured by precise ones.
+#[test]
+fn integrals_are_as_precise_as_the_error_needs() {
+    let lights = crate::shared::trials::lights::sunny();
+    let tree = crate::shared::light::distant::tree(&lights, &Task::quiet()).unwrap();
+    for spec in ["ggx:alpha=0.1,f0=0.9", "oren-nayar:sigma=0.4"] {
+        let brdf = parse(spec).unwrap();
+        let m = Model::of(&*brdf);
+        let probes = probes::all(PROBES, 0.0, &tree, &m.lobes);
+        for (off, all) in [(0.1, false), (1e-3, true)] {
+            let precise = AtomicU64::new(0);
+            let exact = |_: usize, p: &Probe, coarser: f64| {
+                precise.fetch_add(u64::from(coarser == 1.0), Ordering::Relaxed);
+                radiance(&tree, &m, p, coarser)
+            };
+            let e =
+                compare(&probes, &exact, &[], &Task::quiet(), &by_integrals(&tree, &m, 1.0 + off)).unwrap();
+            assert!((e.mean / off - 1.0).abs() < 0.02, "{spec}: {off} {e:?}");
+            let precise = precise.into_inner() as usize;
+            let right = if all { precise == probes.len() } else { precise < probes.len() / 7 };
+            assert!(right, "{spec}: {off}: {precise} of {}", probes.len());
+        }
+    }
 }
