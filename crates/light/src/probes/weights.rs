@@ -66,7 +66,7 @@ impl Probes {
     }
 
     fn anywhere(&self, p: DVec3, places: &[DVec3]) -> Vec<(usize, f64)> {
-        debug_assert_eq!(places.len(), self.light.len());
+        assert_eq!(places.len(), self.light.len());
         let near = self.nearest(p, NEAREST + 1);
         if let Some((_, k)) = near.first().filter(|n| n.0 == 0.0) {
             return vec![(*k, 1.0)];

@@ -137,7 +137,7 @@ fn basis(products: &Products, found: &Clusters, scale: &[f64]) -> Matrices {
         matrix(products, &v)
     };
     let all: Vec<f32> = rows.par_iter().flat_map_iter(of).collect();
-    debug_assert_eq!(all.len(), rows.len() * packed(n));
+    assert_eq!(all.len(), rows.len() * packed(n));
     Matrices::from_sites(n, &all, false)
 }
 
