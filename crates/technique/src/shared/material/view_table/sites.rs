@@ -2,7 +2,7 @@
 //! reflectance rotated to world axes.
 
 use super::ViewTable;
-use super::kernel::{Block, MOST, Sink, turned};
+use super::kernel::{Block, Sink, turned};
 use super::vectors::SIDE;
 use crate::shared::geometry::matrices::{MAX_COEFFICIENTS, padded};
 use crate::shared::geometry::site_sum::{MOST as MOST_VECTORS, Vectors};
