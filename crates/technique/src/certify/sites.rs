@@ -11,6 +11,7 @@ use super::{Estimate, Report, Shade};
 use crate::shared::geometry::transport;
 use crate::{BakeError, Geometry, PointsBuf};
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::ops::Range;
 use steradian_base::{Certificate, Task};
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
@@ -25,10 +26,15 @@ pub const SITES: usize = 96;
 /// Views of each point: one from anywhere above it, and one whose mirror direction points at the light.
 const VIEWS: usize = 2;
 /// Random shifts of the lattice: of a noise that eight means show, a quarter (1/√14) is chance.
-const SHIFTS: u64 = 8;
+const SHIFTS: usize = 8;
 /// Points of the lattice for [`SITES`] points of the surface: 393,216 paths in all. Where there are more of
 /// these, each gets fewer.
 const LATTICE: usize = 256;
+/// One in so many points of the lattice is traced first,
+const FIRST_ONE_IN: u32 = 8;
+/// and the others where the noise of those is above this part of the error found, to which it adds less than a
+/// hundredth up to there.
+const NEGLIGIBLE: f64 = 0.1;
 /// Distance, scene units, that rays start off the surface, along the normal: the path tracer's default.
 const OFFSET: f32 = 1e-4;
 /// Definition of the stated error, as certificates print it.
@@ -103,35 +109,60 @@ impl Paths<'_> {
                 views.push((site, frame, wo));
             }
         }
-        let bvh = Bvh::build(&self.geometry.mesh);
-        let through = Through { paths: self, bvh: &bvh, image };
-        task.begin("certificate", views.len() as u64);
-        let exact = views.par_iter().enumerate().map(|(k, &(site, frame, wo))| {
-            task.check()?;
-            task.advance(1);
-            Ok(through.radiance(site, frame, wo, k as u64))
-        });
-        let exact: Result<Vec<([f64; 3], f64)>, BakeError> = exact.collect();
-        task.end();
-        let exact = exact?;
         let shaded = q.shaded(&|q, out| {
             task.check()?;
             shade(q, out);
             Ok::<_, BakeError>(())
         })?;
-        let weight = |k: usize| if self.projected { views[k].2.z.max(0.0) } else { 1.0 };
-        let sample = |k: usize| ProbeSample {
-            weight: weight(k),
-            degrees: views[k].2.z.clamp(-1.0, 1.0).acos().to_degrees(),
-            shaded: shaded[k].map(f64::from),
-            exact: exact[k].0,
+        // The noise of radiance is known by the spread of the shifts' means.
+        let judged = |sums: &[Sums], points: u32| {
+            let sample = |(k, &(_, _, wo)): (usize, &(Site, Frame, DVec3))| {
+                let (exact, variance) = mean(&sums[k], points);
+                let weight = if self.projected { wo.z.max(0.0) } else { 1.0 };
+                let degrees = wo.z.clamp(-1.0, 1.0).acos().to_degrees();
+                (ProbeSample { weight, degrees, shaded: shaded[k].map(f64::from), exact }, weight * variance)
+            };
+            let (samples, variances): (Vec<_>, Vec<f64>) = views.iter().enumerate().map(sample).unzip();
+            let energy: f64 = samples.iter().map(|l| l.squares()[1]).sum();
+            let noise: f64 = variances.iter().sum();
+            (Errors::of(&samples), if energy > 0.0 { (noise / energy).sqrt() } else { 0.0 })
         };
-        let samples: Vec<ProbeSample> = (0..views.len()).map(sample).collect();
-        let energy: f64 = samples.iter().map(|l| l.weight * l.exact.iter().map(|x| x * x).sum::<f64>()).sum();
-        let noise: f64 = samples.iter().zip(&exact).map(|(l, e)| l.weight * e.1).sum();
-        let noise = if energy > 0.0 { (noise / energy).sqrt() } else { 0.0 };
-        Ok((Errors::of(&samples), noise))
+        let bvh = Bvh::build(&self.geometry.mesh);
+        let through = Through { paths: self, bvh: &bvh, image };
+        let traced = |points: Range<u32>| -> Result<Vec<Sums>, BakeError> {
+            task.begin("certificate", views.len() as u64);
+            let of = |(k, &(site, frame, wo)): (usize, &(Site, Frame, DVec3))| {
+                task.check()?;
+                task.advance(1);
+                Ok(through.radiance(site, frame, wo, k as u64, points.clone()))
+            };
+            let all = views.par_iter().enumerate().map(of).collect();
+            task.end();
+            all
+        };
+        let points = (LATTICE * SITES / self.points.max(1)).max(1) as u32;
+        let first = points.div_ceil(FIRST_ONE_IN);
+        let mut sums = traced(0..first)?;
+        let (found, noise) = judged(&sums, first);
+        if noise <= NEGLIGIBLE * found.mean {
+            return Ok((found, noise));
+        }
+        let rest = traced(first..points)?;
+        sums.iter_mut().flatten().flatten().zip(rest.iter().flatten().flatten()).for_each(|(a, b)| *a += b);
+        Ok(judged(&sums, points))
     }
+}
+
+/// Sums of the radiance along the paths of each shift.
+type Sums = [[f64; 3]; SHIFTS];
+
+/// The mean over all shifts of `points` paths, and its variance, summed over the channels.
+fn mean(sums: &Sums, points: u32) -> ([f64; 3], f64) {
+    let n = SHIFTS as f64;
+    let means = sums.map(|s| s.map(|x| x / f64::from(points)));
+    let mean: [f64; 3] = std::array::from_fn(|c| means.iter().map(|m| m[c]).sum::<f64>() / n);
+    let off = |m: &[f64; 3]| (0..3).map(|c| (m[c] - mean[c]).powi(2)).sum::<f64>();
+    (mean, means.iter().map(off).sum::<f64>() / (n * (n - 1.0)))
 }
 
 impl Paths<'_> {
@@ -238,25 +269,22 @@ struct Through<'a> {
 }
 
 impl<'a> Through<'a> {
-    /// Radiance that leaves a site, and the variance of it, summed over the channels.
-    fn radiance(&self, site: Site, frame: Frame, wo: DVec3, index: u64) -> ([f64; 3], f64) {
+    /// Sums of the radiance that leaves a site, along the paths of these points of the lattice.
+    fn radiance(&self, site: Site, frame: Frame, wo: DVec3, index: u64, points: Range<u32>) -> Sums {
         let v = Vertex { p: site.p.as_dvec3(), side: frame.n, frame, wo, brdf: self.paths.brdf };
-        let mut means = Vec::new();
-        let points = (LATTICE * SITES / self.paths.points.max(1)).max(1) as u32;
-        for shift in 0..SHIFTS {
-            let mut random = Pcg32::new(index, shift);
+        std::array::from_fn(|shift| {
+            let mut random = Pcg32::new(index, shift as u64);
             let lattice = R2 { shift: DVec2::new(random.next_f64(), random.next_f64()) };
-            let mut mean = [0.0; 3];
-            for k in 0..points {
-                let l = self.path(v, lattice.point(k), &mut random);
-                (0..3).for_each(|c| mean[c] += l[c] / f64::from(points));
+            if points.start > 0 {
+                random = Pcg32::new(index, (SHIFTS + shift) as u64);
             }
-            means.push(mean);
-        }
-        let n = SHIFTS as f64;
-        let mean: [f64; 3] = std::array::from_fn(|c| means.iter().map(|m| m[c]).sum::<f64>() / n);
-        let off = |m: &[f64; 3]| (0..3).map(|c| (m[c] - mean[c]).powi(2)).sum::<f64>();
-        (mean, means.iter().map(off).sum::<f64>() / (n * (n - 1.0)))
+            let mut sum = [0.0; 3];
+            for k in points.clone() {
+                let l = self.path(v, lattice.point(k), &mut random);
+                (0..3).for_each(|c| sum[c] += l[c]);
+            }
+            sum
+        })
     }
 
     /// Light along one path: direct light at each of its points.
@@ -372,6 +400,30 @@ mod tests {
         assert_eq!(near(shapes::icosphere(3)), SITES);
         let areas = [1.0, 2.0, 1.0, 1e3];
         assert_eq!(evened(&areas), areas);
+    }
+
+    /// Shading that is right is compared with more paths than shading that is far off.
+    #[test]
+    fn paths_are_as_many_as_the_error_needs() {
+        let geometry = Geometry::new(Arc::new(shapes::icosphere(3)), Sites::Vertices);
+        let (lights, brdf) = (crate::shared::trials::lights::furnace(), parse("lambert:albedo=0.5").unwrap());
+        let paths = Paths {
+            geometry: &geometry,
+            lights: &lights,
+            brdf: &*brdf,
+            events: 1,
+            points: SITES,
+            projected: false,
+        };
+        let of = |radiance: f32| {
+            let shade = |_: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
+                out.rgb.iter_mut().for_each(|c| c.fill(radiance))
+            };
+            paths.errors("a", &Task::quiet(), &shade).unwrap()
+        };
+        let ((right, most), (off, few)) = (of(0.5), of(1.0));
+        assert!(most < 0.5 * few && few < NEGLIGIBLE, "{most} {few}");
+        assert!(right.mean < 2.0 * most && (off.mean - 1.0).abs() < 2.0 * few, "{right:?} {off:?}");
     }
 
     /// A technique that computes next to no error by elevation, and shades a tenth too much, is told so.
