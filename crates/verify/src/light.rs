@@ -3,7 +3,7 @@
 
 use crate::kernel::Kernel;
 use crate::orientation::Orientation;
-use crate::rings::Rings;
+use crate::rings::{COARSE, FINE, Rings};
 use crate::samples::Samples;
 use crate::scale::{Column, Moments};
 use glam::DVec3;
@@ -158,7 +158,7 @@ impl Prepared {
         plain: &dyn Fn(usize) -> bool,
         task: &Task,
     ) -> Result<Self, Cancelled> {
-        let (mut out, image, suns) = Self::rings(lights, reading, view, task)?;
+        let (mut out, image, suns) = Self::rings(lights, reading, view, FINE, task)?;
         let mirrors = |m: usize| if plain(m) { mirrors(&image, &suns, view, m) } else { Vec::new() };
         out.mirrors = (0..view.levels.len()).map(mirrors).collect();
         Ok(out)
@@ -169,6 +169,7 @@ impl Prepared {
         lights: &Lights,
         reading: Reading,
         view: &View<'_>,
+        fineness: f64,
         task: &Task,
     ) -> Result<(Self, SphereImage, Vec<SmallLight>), Cancelled> {
         let black = || SphereImage::new(Layout::LatLong, 4, 2);
@@ -187,7 +188,7 @@ impl Prepared {
         let mut rings = Vec::new();
         for m in 0..view.levels.len() {
             task.check()?;
-            rings.push(Rings::new(&tree, &suns, view.directions(m), view.finest[m]));
+            rings.push(Rings::new(&tree, &suns, view.directions(m), view.finest[m], fineness));
         }
         Ok((Self { rings, mirrors: Vec::new() }, image, suns))
     }
@@ -339,8 +340,8 @@ fn sun_shares(suns: &[SmallLight], view: &View<'_>, m: usize) -> Vec<(usize, [f6
 pub struct Layers {
     /// Upper end of each layer; it begins where the one before ends.
     edges: Vec<f64>,
-    /// Columns of each layer, per level.
-    columns: Vec<Vec<Column>>,
+    /// Columns of each layer, per list of kernels and level.
+    columns: Vec<Vec<Vec<Column>>>,
 }
 
 /// Layers per octave of radiance: clipping between two edges is interpolated.
@@ -350,10 +351,10 @@ const PER_OCTAVE: f64 = 1.0;
 const MAX_LAYERS: usize = 20;
 
 impl Layers {
-    /// Layers of the light under fixed kernels; `None` where nothing is bright.
+    /// Layers of the light under lists of kernels; `None` where nothing is bright.
     pub fn new(
         lights: &Lights,
-        kernels: &[Kernel],
+        lists: &[&[Kernel]],
         view: &View<'_>,
         task: &Task,
     ) -> Result<Option<Self>, Cancelled> {
@@ -381,25 +382,25 @@ impl Layers {
             if k > 0 {
                 part.directionals.clear();
             }
-            columns.push(Self::layer(&part, kernels, view, task)?);
+            columns.push(Self::layer(&part, lists, view, task)?);
         }
         Ok(Some(Self { edges, columns }))
     }
 
     fn layer(
         lights: &Lights,
-        kernels: &[Kernel],
+        lists: &[&[Kernel]],
         view: &View<'_>,
         task: &Task,
-    ) -> Result<Vec<Column>, Cancelled> {
-        let (p, image, _) = Prepared::rings(lights, Reading::Cells, view, task)?;
+    ) -> Result<Vec<Vec<Column>>, Cancelled> {
+        let (p, image, _) = Prepared::rings(lights, Reading::Cells, view, COARSE, task)?;
         let point = |d: &DVec3| image.bilinear(*d).map(f64::from);
         let level = |(m, k): (usize, &Kernel)| match k.zonal() {
             Some(k) => p.rings[m].filtered(k.as_ref()),
             // Values at centres add up; which mean fits best does not.
             None => view.directions(m).iter().map(point).collect(),
         };
-        Ok(kernels.iter().enumerate().map(level).collect())
+        Ok(lists.iter().map(|kernels| kernels.iter().enumerate().map(level).collect()).collect())
     }
 
     /// Radiances to try: each layer in parts.
@@ -413,16 +414,16 @@ impl Layers {
         self.edges.windows(2).flat_map(inside).collect()
     }
 
-    /// The columns of light clipped at `c`.
-    pub fn clipped(&self, c: f64) -> Vec<Column> {
-        let mut out = self.columns[0].clone();
+    /// The columns of light clipped at `c`, under a list of kernels.
+    pub fn clipped(&self, list: usize, c: f64) -> Vec<Column> {
+        let mut out = self.columns[0][list].clone();
         for k in 1..self.edges.len() {
             let (a, b) = (self.edges[k - 1], self.edges[k]);
             let part = ((c - a) / (b - a)).clamp(0.0, 1.0);
             if part <= 0.0 {
                 break;
             }
-            for (sum, add) in out.iter_mut().zip(&self.columns[k]) {
+            for (sum, add) in out.iter_mut().zip(&self.columns[k][list]) {
                 for (s, x) in sum.iter_mut().zip(add) {
                     (0..3).for_each(|c| s[c] += part * x[c]);
                 }

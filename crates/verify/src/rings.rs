@@ -23,7 +23,9 @@ const FAR: f64 = 0.4;
 const FAR_STEP: f64 = 0.012;
 /// Scale by which [`Tree::integrate`] divides the light, the angle over which a kernel is taken to vary: this
 /// many times the distance from the axis.
-const FINENESS: f64 = 0.8;
+pub const FINE: f64 = 0.8;
+/// The same for light of which differences alone count, in a quarter of the parts.
+pub const COARSE: f64 = 1.6;
 /// Largest scale, radians.
 const COARSEST: f64 = 0.8;
 /// Number of points that sample a small light's disk.
@@ -132,8 +134,8 @@ pub struct Rings {
 
 impl Rings {
     /// Rings of the image of `tree` and of suns, around `directions`; parts nearer than about `finest` are
-    /// not divided.
-    pub fn new(tree: &Tree, suns: &[SmallLight], directions: &[DVec3], finest: f64) -> Self {
+    /// not divided, and parts further away as [`FINE`] or [`COARSE`] says.
+    pub fn new(tree: &Tree, suns: &[SmallLight], directions: &[DVec3], finest: f64, fineness: f64) -> Self {
         let angles = &nodes().angles;
         let points: Vec<(DVec3, [f64; 3])> = suns.iter().flat_map(points).collect();
         let places = Places::table();
@@ -144,7 +146,7 @@ impl Rings {
                 let x = places.at(0.25 * d.distance_squared(wi));
                 put(angles, x, |b, w| (0..3).for_each(|c| table[b][c] += w * flux[c]));
             };
-            let scale = |wi: DVec3, _: f64| (FINENESS * d.distance(wi)).clamp(finest, COARSEST);
+            let scale = |wi: DVec3, _: f64| (fineness * d.distance(wi)).clamp(finest, COARSEST);
             tree.visit(scale, &mut light);
             points.iter().for_each(|(wi, flux)| light(*flux, *wi));
             table
@@ -206,7 +208,7 @@ mod tests {
         });
         let tree = Tree::new(Some(&image), &[], &Task::quiet()).unwrap();
         let directions = [DVec3::Y, DVec3::Z, DVec3::new(0.3, -0.5, 0.8).normalize()];
-        let rings = Rings::new(&tree, &[], &directions, 5e-3);
+        let rings = Rings::new(&tree, &[], &directions, 5e-3, FINE);
         // Every texel in 8 x 8 parts.
         let fine = SphereImage::from_fn(Layout::LatLong, 1024, 512, |d| image.nearest(d));
         // Sheen sharper than this has a rim narrower than the parts of the light far out: the error is 15 %

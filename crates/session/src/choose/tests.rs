@@ -157,6 +157,13 @@ fn refined_techniques_come_after_what_refines_them() {
         assert!(tried(&slices) && !tried(&Trial::new("shrm_slices")));
         assert!(!tried(&Trial { left_out: vec!["the roughness map"], ..slices.clone() }));
     }
+    // One lobe of a filtered chain after several of the same chain.
+    for spec in ["ggx:alpha=0.3", "ggx:ax=0.1,ay=0.4"] {
+        let material = Material::new(steradian_brdf::parse(spec).expect("a spec"));
+        let order: Vec<&str> = candidates(&material, false).iter().map(|t| t.card().slug).collect();
+        let place = |slug: &str| order.iter().position(|s| *s == slug).expect(slug);
+        assert!(place("gaussian_lobes") < place("split_sum"), "{order:?}");
+    }
     let named = steradian_techniques::registry().iter().filter_map(|t| t.refined_by());
     assert!(named.into_iter().all(|slug| steradian_techniques::find(slug).is_some()));
 }

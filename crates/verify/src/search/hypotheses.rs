@@ -147,28 +147,29 @@ impl Search<'_, '_> {
                 }
             }
         }
-        for (kernels, list, free) in lists {
-            self.clipped(view, &kernels, &list, free, task)?;
+        let kernels: Vec<&[Kernel]> = lists.iter().map(|l| &l.0[..]).collect();
+        let Some(layers) = Layers::new(lights, &kernels, view, task)? else { return Ok(()) };
+        for (k, list) in lists.iter().enumerate() {
+            self.clipped(view, list, |c| layers.clipped(k, c), &layers.radiances(), task)?;
         }
         Ok(())
     }
 
-    /// Light clipped where that explains most.
+    /// Light clipped where that explains most, of these radiances.
     fn clipped(
         &mut self,
         view: &View<'_>,
-        kernels: &[Kernel],
-        list: &List,
-        free: usize,
+        (kernels, list, free): &(Vec<Kernel>, List, usize),
+        clipped: impl Fn(f64) -> Vec<Column>,
+        radiances: &[f64],
         task: &Task,
     ) -> Result<(), Cancelled> {
         let bench = self.bench;
-        let Some(layers) = Layers::new(bench.input.lights, kernels, view, task)? else { return Ok(()) };
         let filtered: Vec<usize> = (0..kernels.len()).filter(|m| kernels[*m].zonal().is_some()).collect();
         let used = if filtered.is_empty() { (0..kernels.len()).collect() } else { filtered };
         let mut best = [(f64::INFINITY, 0.0); 2];
-        for c in layers.radiances() {
-            let columns = layers.clipped(c);
+        for &c in radiances {
+            let columns = clipped(c);
             let halves: Vec<[Moments; 2]> =
                 used.iter().map(|&m| Moments::halves(&bench.samples[m], &columns[m])).collect();
             for (best, form) in best.iter_mut().zip([Form::One, Form::Colour]) {
@@ -187,7 +188,7 @@ impl Search<'_, '_> {
                 task,
             )?;
             let columns = p.columns(kernels, &bench.samples);
-            self.add(view, &columns, kernels.to_vec(), list, light, Encoding::Linear, free + 1);
+            self.add(view, &columns, kernels.clone(), list, light, Encoding::Linear, free + 1);
         }
         Ok(())
     }
