@@ -7,10 +7,11 @@ use crate::rings::{COARSE, FINE, Rings};
 use crate::samples::Samples;
 use crate::scale::{Column, Moments};
 use glam::DVec3;
+use std::cell::OnceCell;
 use std::collections::HashMap;
 use steradian_base::{Cancelled, Task};
 use steradian_light::Lights;
-use steradian_prefilter::{SmallLight, Tree};
+use steradian_prefilter::{SmallLight, Tree, Zonal};
 use steradian_sphere::layout::Position;
 use steradian_sphere::{Layout, SphereImage};
 
@@ -142,36 +143,38 @@ impl<'a> View<'a> {
     }
 }
 
-/// A light with the rings around every sample.
-pub struct Prepared {
-    rings: Vec<Rings>,
+/// A light as the samples see it; what that takes is made where a kernel first needs it.
+pub struct Prepared<'a> {
+    view: &'a View<'a>,
+    image: SphereImage,
+    suns: Vec<SmallLight>,
+    tree: Tree,
+    /// [`crate::rings::FINE`] or coarser.
+    fineness: f64,
+    /// Per level, the rings around every sample.
+    rings: Vec<OnceCell<Rings>>,
     /// Per level, candidates for the unfiltered light.
-    mirrors: Vec<Vec<Column>>,
+    mirrors: Vec<OnceCell<Vec<Column>>>,
 }
 
-impl Prepared {
-    /// Tables of altered lights, read as `reading`; unfiltered light only for the levels in `plain`.
+impl<'a> Prepared<'a> {
+    /// Altered lights, read as `reading`.
     pub fn new(
         lights: &Lights,
         reading: Reading,
-        view: &View<'_>,
-        plain: &dyn Fn(usize) -> bool,
+        view: &'a View<'a>,
         task: &Task,
     ) -> Result<Self, Cancelled> {
-        let (mut out, image, suns) = Self::rings(lights, reading, view, FINE, task)?;
-        let mirrors = |m: usize| if plain(m) { mirrors(&image, &suns, view, m) } else { Vec::new() };
-        out.mirrors = (0..view.levels.len()).map(mirrors).collect();
-        Ok(out)
+        Self::of(lights, reading, view, FINE, task)
     }
 
-    /// The rings alone, with the image and the suns that they are of.
-    fn rings(
+    fn of(
         lights: &Lights,
         reading: Reading,
-        view: &View<'_>,
+        view: &'a View<'a>,
         fineness: f64,
         task: &Task,
-    ) -> Result<(Self, SphereImage, Vec<SmallLight>), Cancelled> {
+    ) -> Result<Self, Cancelled> {
         let black = || SphereImage::new(Layout::LatLong, 4, 2);
         let image = lights.environment.as_ref().map_or_else(black, |e| e.image.clone());
         let image = if image.height > MAX_ROWS {
@@ -185,21 +188,24 @@ impl Prepared {
         let finer = if image.height <= READ_ROWS { read(&image, reading) } else { None };
         let cells = divided(finer.as_ref().unwrap_or(&image));
         let tree = Tree::new(Some(cells.as_ref().or(finer.as_ref()).unwrap_or(&image)), &[], task)?;
-        let mut rings = Vec::new();
-        for m in 0..view.levels.len() {
-            task.check()?;
-            rings.push(Rings::new(&tree, &suns, view.directions(m), view.finest[m], fineness));
-        }
-        Ok((Self { rings, mirrors: Vec::new() }, image, suns))
+        let levels = view.levels.len();
+        let (rings, mirrors) = (vec_of(levels), vec_of(levels));
+        Ok(Self { view, image, suns, tree, fineness, rings, mirrors })
     }
 
     /// Values of a level's samples under a kernel; for the light itself, of the candidate that fits the
     /// samples best.
     pub fn column(&self, m: usize, kernel: Kernel, samples: &Samples) -> Column {
         match kernel.zonal() {
-            Some(k) => self.rings[m].filtered(k.as_ref()),
+            Some(k) => self.filtered(m, k.as_ref()),
             None => self.mirror(m, samples),
         }
+    }
+
+    fn filtered(&self, m: usize, kernel: &dyn Zonal) -> Column {
+        let view = self.view;
+        let new = || Rings::new(&self.tree, &self.suns, view.directions(m), view.finest[m], self.fineness);
+        self.rings[m].get_or_init(new).filtered(kernel)
     }
 
     fn mirror(&self, m: usize, samples: &Samples) -> Column {
@@ -209,7 +215,8 @@ impl Prepared {
             let try_one = |p: &[usize; 3]| all.residual2(*p, all.gains(*p));
             ORDERS.iter().map(try_one).fold(f64::INFINITY, f64::min)
         };
-        let best = self.mirrors[m].iter().min_by(|a, b| residual(a).total_cmp(&residual(b)));
+        let all = self.mirrors[m].get_or_init(|| mirrors(&self.image, &self.suns, self.view, m));
+        let best = all.iter().min_by(|a, b| residual(a).total_cmp(&residual(b)));
         best.cloned().unwrap_or_default()
     }
 
@@ -217,6 +224,10 @@ impl Prepared {
     pub fn columns(&self, kernels: &[Kernel], samples: &[Samples]) -> Vec<Column> {
         kernels.iter().enumerate().map(|(m, k)| self.column(m, *k, &samples[m])).collect()
     }
+}
+
+fn vec_of<T>(n: usize) -> Vec<OnceCell<T>> {
+    (0..n).map(|_| OnceCell::new()).collect()
 }
 
 /// Orders of three channels.
@@ -393,10 +404,10 @@ impl Layers {
         view: &View<'_>,
         task: &Task,
     ) -> Result<Vec<Vec<Column>>, Cancelled> {
-        let (p, image, _) = Prepared::rings(lights, Reading::Cells, view, COARSE, task)?;
-        let point = |d: &DVec3| image.bilinear(*d).map(f64::from);
+        let p = Prepared::of(lights, Reading::Cells, view, COARSE, task)?;
+        let point = |d: &DVec3| p.image.bilinear(*d).map(f64::from);
         let level = |(m, k): (usize, &Kernel)| match k.zonal() {
-            Some(k) => p.rings[m].filtered(k.as_ref()),
+            Some(k) => p.filtered(m, k.as_ref()),
             // Values at centres add up; which mean fits best does not.
             None => view.directions(m).iter().map(point).collect(),
         };

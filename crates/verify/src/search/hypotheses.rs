@@ -16,7 +16,7 @@ impl Search<'_, '_> {
     /// Hypotheses of light that is as it is: curves, families, encodings.
     pub(super) fn straight(
         &mut self,
-        light: &Prepared,
+        light: &Prepared<'_>,
         view: &View<'_>,
         task: &Task,
     ) -> Result<(), Cancelled> {
@@ -79,7 +79,7 @@ impl Search<'_, '_> {
     }
 
     /// A family's widths fitted level by level; how many levels were freed.
-    fn fitted(&self, light: &Prepared, family: Family) -> (Vec<Kernel>, usize) {
+    fn fitted(&self, light: &Prepared<'_>, family: Family) -> (Vec<Kernel>, usize) {
         let bench = self.bench;
         let mut free = 0;
         let mut level = |m: usize| {
@@ -134,12 +134,11 @@ impl Search<'_, '_> {
         let lights = bench.input.lights;
         let rows = lights.environment.as_ref().map_or(0, |e| e.image.height);
         let lists = self.lists();
-        let plain = |m: usize| lists.iter().any(|l| l.0[m].zonal().is_none());
         for factor in [2, 4, 8].into_iter().filter(|f| rows >= 4 * f) {
             for means in [true, false] {
                 let light = Alteration::Reduced { factor, means };
                 for reading in READINGS {
-                    let p = Prepared::new(&light.of(lights), reading, view, &plain, task)?;
+                    let p = Prepared::new(&light.of(lights), reading, view, task)?;
                     for (kernels, list, free) in lists.clone() {
                         let columns = p.columns(&kernels, &bench.samples);
                         self.add(view, &columns, kernels, &list, light, Encoding::Linear, free);
@@ -180,13 +179,7 @@ impl Search<'_, '_> {
         }
         for (_, c) in best {
             let light = Alteration::Clipped(c);
-            let p = Prepared::new(
-                &light.of(bench.input.lights),
-                Reading::Cells,
-                view,
-                &|m| kernels[m].zonal().is_none(),
-                task,
-            )?;
+            let p = Prepared::new(&light.of(bench.input.lights), Reading::Cells, view, task)?;
             let columns = p.columns(kernels, &bench.samples);
             self.add(view, &columns, kernels.clone(), list, light, Encoding::Linear, free + 1);
         }

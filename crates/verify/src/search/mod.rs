@@ -88,13 +88,7 @@ impl<'a, 'b> Search<'a, 'b> {
         let mut read: Vec<(Option<Reading>, Vec<Column>)> = vec![(None, (0..n).map(own).collect())];
         let plain = Alteration::None.of(bench.input.lights);
         for r in READINGS {
-            let light = Prepared::new(
-                &plain,
-                r,
-                &view,
-                &|m| r == Reading::Cells || expected[m].zonal().is_none(),
-                task,
-            )?;
+            let light = Prepared::new(&plain, r, &view, task)?;
             read.push((Some(r), light.columns(expected, &bench.samples)));
             if r == Reading::Cells {
                 out.straight(&light, &view, task)?;
@@ -144,13 +138,8 @@ impl<'a, 'b> Search<'a, 'b> {
         let turns = if self.explained() { Vec::new() } else { self.turns() };
         for orientation in turns {
             let view = View::new(levels, samples, expected, self.refined(orientation, task)?);
-            let light = Prepared::new(
-                &Alteration::None.of(self.bench.input.lights),
-                Reading::Cells,
-                &view,
-                &|_| true,
-                task,
-            )?;
+            let lights = Alteration::None.of(self.bench.input.lights);
+            let light = Prepared::new(&lights, Reading::Cells, &view, task)?;
             let columns = light.columns(expected, samples);
             self.add(
                 &view,
@@ -216,8 +205,7 @@ impl<'a, 'b> Search<'a, 'b> {
             let orientation = Orientation::Axes(DMat3::from_rotation_y(degrees.to_radians()) * g);
             let view =
                 View::new(bench.input.levels, &bench.samples, bench.input.expected, orientation.clone());
-            let direct = |m: usize| bench.input.expected[m].zonal().is_none();
-            let light = Prepared::new(&plain, Reading::Cells, &view, &direct, task)?;
+            let light = Prepared::new(&plain, Reading::Cells, &view, task)?;
             let columns = light.columns(bench.input.expected, &bench.samples);
             let score = Score::new(Form::PerLevel, &halves(&bench.samples, &columns), [0, 1, 2], &[]);
             Ok((score.map_or(f64::INFINITY, |s| s.residual), orientation))
