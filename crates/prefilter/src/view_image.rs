@@ -78,7 +78,7 @@ impl ViewImage {
     /// L_o where the view is mirrored into `r` (any unit direction): the normal is half-way between.
     pub fn towards(&self, r: DVec3) -> [f64; 3] {
         let d = self.frame.transpose() * r;
-        let rho = d.x.hypot(d.y);
+        let rho = d.truncate().length();
         self.value(&Polar {
             t: rho.atan2(d.z) / PI * self.intervals as f64,
             cos: if rho > 0.0 { d.x / rho } else { 1.0 },

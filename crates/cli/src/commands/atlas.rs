@@ -9,7 +9,7 @@ use clap::Args;
 use std::path::PathBuf;
 use std::time::Instant;
 use steradian_session::Destinations;
-use steradian_session::atlas::Plan;
+use steradian_session::atlas::{Plan, SHAPE};
 
 /// Options of `steradian atlas`.
 #[derive(Debug, Args)]
@@ -47,7 +47,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     places.file("--output", &numbers)?;
     let start = Instant::now();
     let renderers = renderers(context)?;
-    let plan = Plan { size: [o.size.0, o.size.1], noise: o.noise, only: o.technique };
+    let plan = Plan { size: [o.size.0, o.size.1], noise: o.noise, only: o.technique, shape: SHAPE };
     let atlas = context.atlas(&plan, &renderers)?;
     context.write_words(Some(&page), &atlas.html()?)?;
     context.write_words(Some(&numbers), &atlas.csv())?;

@@ -82,7 +82,8 @@ fn scene_files_name_a_light_field() {
     let scene = |light: &str| {
         let text = format!(
             "[[mesh]]\nshape = \"sphere:segments=12\"\nmaterial = \"m\"\n\
-             [material.m]\nbrdf = \"lambert:albedo=0.8\"\n[light]\n{light}\n[output]\nwidth = 8\nheight = 8\n"
+             [material.m]\nbrdf = \"lambert:albedo=0.8\"\n[light]\n{light}\n\
+             [output]\nwidth = 8\nheight = 8\nsamples = 1\n"
         );
         fs::write(dir.join("s.toml"), text).expect("written");
     };

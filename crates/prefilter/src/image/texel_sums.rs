@@ -14,7 +14,7 @@ use crate::kernel::split::{Split, step};
 use crate::light::cell::{nodes_for, step_scale};
 use crate::light::small_light::rule;
 use crate::{Cell, Zonal};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::mem::take;
 use steradian_simd::{Arch, Kernel, Vector, run};
@@ -252,7 +252,7 @@ impl<'a> TexelSums<'a> {
 
     fn place(&self, d: DVec3) -> Place {
         let x = (0.5 + d.z.atan2(d.x) / (2.0 * PI)) * self.image.width as f64 - 0.5;
-        Place { rho: d.x.hypot(d.z), y: d.y, column: x.floor() as i64, beyond: x - x.floor() }
+        Place { rho: DVec2::new(d.x, d.z).length(), y: d.y, column: x.floor() as i64, beyond: x - x.floor() }
     }
 
     fn distance(&self, p: &Place, [s, c]: [f64; 2]) -> (f64, f64) {

@@ -1,6 +1,6 @@
 //! Central directions of the maps' texels, and the frames about them.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// The frame [x', y', z'] about the central direction c (of any length but 0): z' = c, x' = ∂c/∂α, y' = z' ×
@@ -9,8 +9,7 @@ use std::f64::consts::PI;
 ///
 /// φ about c is measured from x' towards y'.
 pub fn frame(c: DVec3) -> [DVec3; 3] {
-    let rho = c.x.hypot(c.z);
-    let r = rho.hypot(c.y);
+    let (rho, r) = (DVec2::new(c.x, c.z).length(), c.length());
     let (cos_beta, sin_beta) = if rho > 0.0 { (c.x / rho, c.z / rho) } else { (1.0, 0.0) };
     let (cos_alpha, sin_alpha) = if r > 0.0 { (c.y / r, rho / r) } else { (1.0, 0.0) };
     axes([cos_alpha, sin_alpha], [cos_beta, sin_beta])
@@ -29,7 +28,7 @@ fn axes([ca, sa]: [f64; 2], [cb, sb]: [f64; 2]) -> [DVec3; 3] {
 /// (θ, φ) of direction `w` in a frame: θ from z', φ from x' towards y'. At θ = 0 or π, φ is 0.
 pub fn angles_in(frame: &[DVec3; 3], w: DVec3) -> [f64; 2] {
     let [x, y, z] = frame.map(|axis| axis.dot(w));
-    [x.hypot(y).atan2(z), if x == 0.0 && y == 0.0 { 0.0 } else { y.atan2(x) }]
+    [DVec2::new(x, y).length().atan2(z), if x == 0.0 && y == 0.0 { 0.0 } else { y.atan2(x) }]
 }
 
 /// A lat-long grid of central directions whose first and last rows lie on the poles: row i at α = πi/(rows −

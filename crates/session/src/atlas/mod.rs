@@ -31,7 +31,7 @@ use steradian_techniques::{AnyTechnique, Card, locals, registry};
 /// The light of techniques for environments.
 pub const LIGHT: &str = "studio";
 /// Shape in all pictures.
-const SHAPE: &str = "knot";
+pub const SHAPE: &str = "knot";
 /// The two reflectances that most techniques are shown with.
 const GLOSSY: &str = "ggx:alpha=0.25,f0=1/0.77/0.34";
 const MATTE: &str = "lambert:albedo=0.8/0.5/0.3";
@@ -49,6 +49,8 @@ pub struct Plan {
     pub noise: f64,
     /// Slugs of the techniques; empty for all.
     pub only: Vec<String>,
+    /// The object.
+    pub shape: &'static str,
 }
 
 /// Light of a chapter's pictures, and the reference that they are compared with.
@@ -315,7 +317,7 @@ impl Session {
     }
 
     fn knot(&mut self, plan: &Plan, spec: &str) -> Result<Scene, Error> {
-        let mut scene = Scene::of(SHAPE, Some(spec), LIGHT, self)?;
+        let mut scene = Scene::of(plan.shape, Some(spec), LIGHT, self)?;
         [scene.settings.width, scene.settings.height] = plan.size;
         Ok(scene)
     }

@@ -147,9 +147,7 @@ impl Session {
     ) -> Result<Outcome, Error> {
         let seen = shadows(t.card().slug, chapters);
         let (Outcome::Fails(under), Some(params)) = (&seen, shadowing(t)) else { return Ok(seen) };
-        let [with, without] = self
-            .under_constant_light(t, params, FURNACE_SIZE, plan.noise.max(COARSE_NOISE))?
-            .map(|e| 100.0 * e);
+        let [with, without] = self.under_constant_light(t, params, plan)?.map(|e| 100.0 * e);
         let text = format!(
             "under constant light {with:.1} % off, without shadows {without:.1} %; by its own {under}"
         );
@@ -161,12 +159,12 @@ impl Session {
         &mut self,
         t: &'static dyn AnyTechnique,
         params: ParamValues,
-        size: [usize; 2],
-        noise: f64,
+        plan: &Plan,
     ) -> Result<[f64; 2], Error> {
         let card = t.card();
         let spec = if takes(card, MATTE) { MATTE } else { usual_specimen(card) };
-        let mut scene = self.knot(&Plan { size, noise, only: Vec::new() }, spec)?;
+        let noise = plan.noise.max(COARSE_NOISE);
+        let mut scene = self.knot(&Plan { size: FURNACE_SIZE, ..plan.clone() }, spec)?;
         scene.lights = lights::furnace();
         scene.materials[0].params = params;
         self.paths = Paths { bounces: 1, noise };

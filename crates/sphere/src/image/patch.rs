@@ -1,7 +1,7 @@
 //! Parts of a layout that show a convex piece of the sphere without seams, poles or folds.
 
 use crate::layout::{Layout, cube, paraboloid};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// The patches of a layout at a size: cube faces, octants of an octahedral map, hemispheres of a paraboloid
@@ -105,7 +105,7 @@ impl Patches {
             return Some(self.map_square(patch, d));
         }
         let (a, b) = self.around(d);
-        if a.hypot(b) < 1e-9 * d.length() {
+        if DVec2::new(a, b).length() < 1e-9 * d.length() {
             return None;
         }
         // The azimuth, without a jump inside the patch or at its borders.
@@ -123,9 +123,9 @@ impl Patches {
     /// Angle from the direction at r = 0 of a disc, or from +Y.
     fn polar(self, d: DVec3) -> f64 {
         match self.layout {
-            Layout::LatLong => d.x.hypot(d.z).atan2(d.y),
-            Layout::SphereMap => d.x.hypot(d.y).atan2(d.z),
-            _ => d.x.hypot(d.y).atan2(-d.z),
+            Layout::LatLong => DVec2::new(d.x, d.z).length().atan2(d.y),
+            Layout::SphereMap => d.truncate().length().atan2(d.z),
+            _ => d.truncate().length().atan2(-d.z),
         }
     }
 

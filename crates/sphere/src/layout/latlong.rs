@@ -1,6 +1,6 @@
 //! Equirectangular: u = 0.5 + atan2(z, x)/2π, v = acos(y)/π.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
 /// The direction at (u, v); u repeats, and v beyond [0, 1] goes over the pole.
@@ -13,7 +13,7 @@ pub fn direction(u: f64, v: f64) -> DVec3 {
 /// (u, v) of a direction, both in [0, 1]. θ by atan2, which acos loses near the poles.
 pub fn position(d: DVec3) -> (f64, f64) {
     let u = 0.5 + d.z.atan2(d.x) / TAU;
-    let v = d.x.hypot(d.z).atan2(d.y) / PI;
+    let v = DVec2::new(d.x, d.z).length().atan2(d.y) / PI;
     (u, v)
 }
 
