@@ -30,10 +30,10 @@ const SHIFTS: usize = 8;
 /// Points of the lattice for [`SITES`] points of the surface: 393,216 paths in all. Where there are more of
 /// these, each gets fewer.
 const LATTICE: usize = 256;
-/// One in so many points of the lattice is traced first,
+/// One in so many points of the lattice is traced first.
 const FIRST_ONE_IN: u32 = 8;
-/// and the others where the noise of those is above this part of the error found, to which it adds less than a
-/// hundredth up to there.
+/// Where the noise of those is at most this part of the error found, the others are not traced: it adds less
+/// than a hundredth to that error.
 const NEGLIGIBLE: f64 = 0.1;
 /// Distance, scene units, that rays start off the surface, along the normal: the path tracer's default.
 const OFFSET: f32 = 1e-4;
