@@ -375,6 +375,11 @@ mod tests {
     use steradian_brdf::parse;
     use steradian_scene::{Mesh, shapes};
 
+    /// Direct light at the usual number of points.
+    fn direct<'a>(geometry: &'a Geometry, lights: &'a Lights, brdf: &'a dyn Brdf) -> Paths<'a> {
+        Paths { geometry, lights, brdf, events: 1, points: SITES, projected: false }
+    }
+
     /// Over a plane of 20 kilometres around a small ball half of the points lie on the ball; on its own no
     /// triangle is favoured.
     #[test]
@@ -385,14 +390,7 @@ mod tests {
         let brdf = parse("lambert").expect("a spec");
         let near = |mesh: Mesh| {
             let geometry = Geometry::new(Arc::new(mesh), Sites::Vertices);
-            let paths = Paths {
-                geometry: &geometry,
-                lights: &lights,
-                brdf: &*brdf,
-                events: 1,
-                points: SITES,
-                projected: false,
-            };
+            let paths = direct(&geometry, &lights, &*brdf);
             let spots = paths.spots("a").expect("spots");
             spots.iter().filter(|s| s.site.p.length() < 1.5).count()
         };
@@ -407,14 +405,7 @@ mod tests {
     fn paths_are_as_many_as_the_error_needs() {
         let geometry = Geometry::new(Arc::new(shapes::icosphere(3)), Sites::Vertices);
         let (lights, brdf) = (crate::shared::trials::lights::furnace(), parse("lambert:albedo=0.5").unwrap());
-        let paths = Paths {
-            geometry: &geometry,
-            lights: &lights,
-            brdf: &*brdf,
-            events: 1,
-            points: SITES,
-            projected: false,
-        };
+        let paths = direct(&geometry, &lights, &*brdf);
         let of = |radiance: f32| {
             let shade = |_: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
                 out.rgb.iter_mut().for_each(|c| c.fill(radiance))
@@ -431,14 +422,7 @@ mod tests {
     fn elevations_are_measured_whatever_was_computed() {
         let geometry = Geometry::new(Arc::new(shapes::icosphere(3)), Sites::Vertices);
         let (lights, brdf) = (crate::shared::trials::lights::furnace(), parse("lambert:albedo=0.5").unwrap());
-        let paths = Paths {
-            geometry: &geometry,
-            lights: &lights,
-            brdf: &*brdf,
-            events: 1,
-            points: SITES,
-            projected: false,
-        };
+        let paths = direct(&geometry, &lights, &*brdf);
         let tiny = |degrees: f64| Elevation::measured([degrees.to_radians(); 2], 1e-6);
         let report = Report::estimated(1e-6, vec![tiny(0.0), tiny(80.0)]);
         let shade = |_: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
