@@ -24,7 +24,8 @@ const FAR_STEP: f64 = 0.012;
 /// Scale by which [`Tree::integrate`] divides the light, the angle over which a kernel is taken to vary: this
 /// many times the distance from the axis.
 pub const FINE: f64 = 0.8;
-/// The same for light of which differences alone count, in a quarter of the parts.
+/// The same where a radiance of clipping is searched for, which is then judged by [`FINE`]: about a quarter
+/// of the parts.
 pub const COARSE: f64 = 1.6;
 /// Largest scale, radians.
 const COARSEST: f64 = 0.8;

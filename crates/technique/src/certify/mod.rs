@@ -272,8 +272,8 @@ type OfProbe<'a> = &'a (dyn Fn(usize, &Probe, f64) -> [f64; 3] + Sync);
 /// Width of the light's parts, relative to the usual one, by which exact radiance is integrated first, in a
 /// quarter of the evaluations.
 const COARSER: f64 = 2.0;
-/// One in so many probes is then integrated as usual, and as many of those that decide the error. The coarse
-/// integrals of the former err by 0.1 to 0.6 % RMS, and by 2 to 15 % where single grazing views decide.
+/// One in so many probes is then integrated as usual, and as many of those that decide the error. Coarse
+/// integrals err by 0.02 to 0.6 % RMS, and by 1 to 15 % where single grazing views decide.
 const ONE_IN: usize = 16;
 /// Part of the error found, and of its median, up to which the coarse integrals' own error is left at that:
 /// they then add 1/50 of the error, as independent errors do.
